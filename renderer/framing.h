@@ -18,9 +18,10 @@ struct Framing {
   double radius() const { return 0.5 * (high - low).norm(); }
 };
 
-// Returns the region of the cloth and of visible bodies other than floors, extended downwards by
-// the fall of the cloth. The fall ends below the top of the cloth by its larger horizontal extent,
-// or at the floor if the floor is higher (our choice: a sheet held at one side falls that far).
+// Returns the region of the cloth and of visible bodies other than floors, extended downwards to
+// the lowest point to which the cloth is expected to fall. This point lies below the top of the
+// cloth by the larger horizontal extent of the cloth, or at the floor if that is higher (our
+// choice: a sheet held at one side falls that far).
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Finds a camera that shows the cloth and bodies of several frames as large as possible.

@@ -48,7 +48,8 @@ GlObject make_image_texture(const GL& gl, const TextureImage& image) {
   return texture;
 }
 
-// Sets the position and the size of the image of a look in uv coordinates.
+// Places the image of a look in uv coordinates: with its lower left corner at the origin if its
+// width is given, otherwise over the uv box if that is not empty.
 void place_texture(const Look& look, const UvBox& box, Material& material) {
   if (look.texture_width > 0.0) {
     const double height = look.texture_width * look.texture->height / look.texture->width;

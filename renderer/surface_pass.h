@@ -72,8 +72,8 @@ class SurfacePass {
       overlay_program_;
   GlObject picture_color_, picture_depth_, picture_;  // one sample per pixel
   GlObject things_color_, things_depth_, things_;     // one drawing; alpha is 1 on cloth and bodies
-  GlObject resolved_color_, resolved_;                // mean of its samples; alpha is the coverage
-  GlObject sum_color_, sum_;                          // mean of all drawings
+  GlObject resolved_color_, resolved_;  // mean of samples of one drawing; alpha: coverage
+  GlObject sum_color_, sum_;            // mean of all drawings
   GlObject color_table_, empty_;
 };
 

@@ -47,7 +47,8 @@ vec4 encode(vec3 linear) {   // to sRGB, with noise of up to half an 8-bit step 
   return vec4(c + noise / 255.0, 1.0);
 }
 
-// Bends light above 0.7 towards 1, so that bright surfaces and highlights keep their shape.
+// Compresses values above 0.7 into the range from 0.7 to 1, so that bright surfaces and highlights
+// are not clipped to flat white.
 vec4 toned(vec3 linear) {
   vec3 bright = 1.0 - 0.3 * exp(-max(vec3(0.0), linear - 0.7) / 0.3);
   return encode(mix(linear, bright, step(0.7, linear)));
@@ -147,7 +148,7 @@ void main() { color = encode(backdrop()); }
 // darkened by shadows and occlusion. Both effects vanish towards its border, which is thus
 // invisible. Floors with a colour or texture fade into the backdrop.
 const char* floor_text = R"(
-uniform int transparent;   // 1: draw only shadows
+uniform int transparent;   // 1: no backdrop; a floor without colour and texture shows only shadows
 uniform int colored;       // 1: the floor has a colour or texture of its own
 uniform vec2 centre_uv, side_a_uv, side_b_uv;   // uv at the centre of the square and along its sides
 void main() {

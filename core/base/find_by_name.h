@@ -1,4 +1,5 @@
-// Finds a description by its name. Descriptions refer to each other by name.
+// Finds a part of a scene, such as a cloth or a body, by its name. Parts of a scene refer to each
+// other by name.
 #pragma once
 
 #include <string>

@@ -156,7 +156,8 @@ struct Asynchronous : IntegratorCommon {
   std::optional<double> present;
 
   Asynchronous() { step = default_step; }
-  // Length of a triangle's step, as a fraction of the bound that `limit` selects.
+  // Returns the length of a triangle's step as a fraction of the bound that `limit` selects: the
+  // given safety, or the default for this bound.
   double given_safety() const {
     return safety.given.value_or(limit == StepLimit::Eigenvalue ? 0.4 : 0.6);
   }

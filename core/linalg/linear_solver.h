@@ -70,9 +70,10 @@ struct LinearOptions {
 
 struct PcgMemory;
 
-// Data that one solve leaves for the next: the preconditioner and, if a loose tolerance ended the
-// solve early, the state of the iteration. The memory belongs to the caller. It is empty at first
-// and after a solve that threw an exception. Its storage is reused, which does not change results.
+// Data that one solve leaves for the next: the matrix in single precision, the preconditioner
+// and, if a loose tolerance ended the solve early, the state of the iteration. The memory belongs
+// to the caller. It is empty at first and after a solve that threw an exception. Its storage is
+// reused, which does not change results.
 class SolveMemory {
  public:
   SolveMemory();

@@ -36,7 +36,7 @@ constexpr Seconds longest_tick{0.05};
 constexpr unsigned abort_seconds = 2;
 constexpr int host_length = 64;
 
-// Answer of a rank about itself.
+// Answer of a rank to a roll call.
 struct Answer {
   int call;        // number of the roll call; late answers may arrive during the next one
   int waiting;     // 1 if the rank waits for other ranks, 0 if it computes

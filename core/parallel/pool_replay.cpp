@@ -20,7 +20,7 @@ constexpr double never = std::numeric_limits<double>::infinity();
 // Size of the header of a message [bytes].
 constexpr double header_bytes = 32.0;
 
-// Returns the time of an exchange in which each rank receives `bytes` [s]. The number of its rounds
+// Returns the time [s] of an exchange in which each rank receives `bytes`. The number of rounds
 // grows with the logarithm of the number of ranks.
 double exchange_seconds(int n_ranks, double bytes, const Network& network) {
   if (n_ranks == 1) return 0.0;

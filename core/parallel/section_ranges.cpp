@@ -31,8 +31,8 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<float>& costs,
   return found;
 }
 
-// Returns the cuts of a group of sections at its start, between its ranges, and at its end. They
-// are numbers of pieces before the cut, counted over the group.
+// Returns the positions at which a group of sections is cut: its start, the boundaries between its
+// ranges, and its end. A position is the number of pieces of the group that precede it.
 std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const SectionStarts& first,
                                  const SectionRanges& ranges) {
   std::vector<std::size_t> cuts(ranges.front().size(), 0);

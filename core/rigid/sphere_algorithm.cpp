@@ -163,7 +163,7 @@ class SphereAlgorithm : public btCollisionAlgorithm {
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1.0;  // Bullet never calls this
+    return 1.0;  // called only in continuous dispatch, which is not used
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
     manifolds.push_back(manifold_);

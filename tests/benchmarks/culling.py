@@ -27,7 +27,7 @@ FASTER = 1.5  # assumed speed, in parts of the speed at the start (core/collisio
 
 
 def allowance(step: float) -> float:
-    """Returns the distance that velocities which change may add in a step [m]."""
+    """Returns the allowance for velocities that change within a step, as a distance [m]."""
     return min(0.3 * step, 60.0 * step**2)
 
 

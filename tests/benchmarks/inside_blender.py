@@ -66,7 +66,7 @@ def vertices() -> dict[str, np.ndarray]:
 
 
 def draw(order: dict, seen: dict[str, np.ndarray]) -> None:
-    """Draws the scene from the front and above, with a sun and a grey world."""
+    """Draws the scene from the front right and above, with a sun and a grey world."""
     scene = bpy.context.scene
     small = [points for points in seen.values() if np.ptp(points, axis=0).max() < 3.0]
     whole = np.concatenate(small or list(seen.values()))

@@ -53,8 +53,8 @@ class ContactTerms {
                ExtraTerms& terms);
 
   std::size_t size() const { return laws_.size(); }  // number of terms
-  // Number of contacts that count on this rank, have a positive share and act on any row. The sum
-  // over the ranks is the number of terms of all rows.
+  // Number of contacts that count on this rank, have a positive share and act on at least one
+  // row of any rank. The sum over the ranks is the number of all terms, each counted once.
   std::int64_t n_counted() const { return n_counted_; }
   Index contact(std::size_t term) const { return laws_[term].contact; }
   // Returns whether the first row of a term is one of `inputs.rows`. If ranks make terms for

@@ -31,7 +31,7 @@ struct LevelVertices {
   }
 };
 
-// Tables that depend on the levels of the triangles.
+// Levels of the triangles for an interval, and the tables that depend on them.
 struct Plan {
   double interval = 0.0;             // [s]
   Index base = 1;                    // a level has base * 2^level steps in the interval

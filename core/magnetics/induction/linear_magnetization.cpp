@@ -15,8 +15,11 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
-// Returns the distance of a point from the surface of a solid source [m], negative inside, or from
-// the nearest dipole or sampled point of a current.
+
+// Returns the distance [m] of a point from the nearest dipole of a source that has dipoles.
+// Otherwise, returns the distance from the surface of a solid source, negative inside, or from the
+// nearest sampled point of a current. A uniformly magnetised sphere counts as the dipole at its
+// centre.
 double distance_to(const MagneticBody& body, const Vec3& point) {
   const Vec3 local = in_axes(body.pose, point);
   double nearest = std::numeric_limits<double>::infinity();

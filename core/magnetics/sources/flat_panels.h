@@ -47,7 +47,7 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 
 // Returns the triangles of a cylinder |z| <= height / 2 about the origin, or of a ring if
-// inner_radius > 0. The surface is a prism with 2 `cells` sides and the cross-sectional area of the
+// inner_radius > 0. The surface is a prism with 2 * cells sides and the cross-sectional area of the
 // cylinder. It has `cells` (even) rows along its side, or more if it is slender, and cells / 2 rows
 // along a radius or across the wall. Rows are refined towards the rims, where the charge is
 // singular.

@@ -31,7 +31,8 @@ struct PartWork {
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
-// Sets the cloth motion and the energy of bodies in `solved` to those of `state`.
+// Sets the positions and velocities of cloth and the energy of bodies in `solved` to those of
+// `state`.
 void note_solved(const Engines& engines, const State& state, Solved& solved);
 
 // Returns whether some obstacle moves in the part. Returns false if there is no cloth.

@@ -34,7 +34,7 @@ def frames_due(time: float, rate: float) -> int:
 
 
 def told_of_part_frame(duration: float, rate: float) -> str:
-    """Returns a sentence if a duration is no whole number of frames, or else an empty string."""
+    """Returns a message if a duration is not a whole number of frames, or else an empty string."""
     whole = frame_count(duration, rate) - 1
     if abs(duration * rate - whole) <= 1e-6 * max(1.0, whole):
         return ""

@@ -233,7 +233,7 @@ def passing(name: str, sense: float) -> dict:
 
 
 def flux(z):
-    """Flux [T m^2] of the dipole through the loop at the distance z [m] along the axis."""
+    """Flux linkage [T m^2] of the dipole with all turns of the loop, at z [m] along the axis."""
     return TURNS * 2e-7 * np.pi * MOMENT * RADIUS**2 / (RADIUS**2 + z**2) ** 1.5
 
 

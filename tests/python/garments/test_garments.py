@@ -109,8 +109,8 @@ def test_holes_are_cut_exactly_and_leave_good_triangles():
         assert abs(garment.mesh.n_triangles - triangles) <= 2
         assert garment.min_angle_degrees() > 25.0
         assert euler(garment.mesh) == 1 - 3
-        # Chords of length h on curves with a total turn of 5 pi lose an area of 5 pi h^2 / 12.
-        # Rounding to a whole number of chords changes h by at most a tenth.
+        # Chords of length h on curves with a total turn of 5 pi make the holes smaller by a total
+        # area of 5 pi h^2 / 12. Rounding to a whole number of chords changes h by at most a tenth.
         edge2 = panel.area / triangles * 4 / np.sqrt(3)
         assert flat_area(garment) == pytest.approx(panel.area, abs=1.2 * 5 * np.pi / 12 * edge2)
         loops = {tuple(sorted(loop)) for loop in garment.openings()}

@@ -21,7 +21,8 @@ def bent(points, curvature):
     """
     x, y, z = np.asarray(points).T
     turn = curvature * z
-    # Integrals of sine and cosine of the angle of the cross-sections along the axis.
+    # A cross-section is turned by `turn`. Its centre lies at the integrals of sin(turn) (x) and
+    # cos(turn) (z) over the length of the axis, from 0 to z.
     return np.c_[
         (1 - np.cos(turn)) / curvature + x * np.cos(turn),
         y,

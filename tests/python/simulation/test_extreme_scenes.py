@@ -30,7 +30,8 @@ def gives_way(cells: int, hung: bool, start: int) -> bool:
         assert report.contacts.unresolved == 0
         assert report.withheld.motion <= 0.2 * report.withheld.requested
     # The curtain swings at the end. Runs from slightly different starts end with a stretch of 1.01
-    # to 1.05. The hung curtain with 18 cells takes 45 times the median of iterations in one step.
+    # to 1.05. In one step, the hung curtain with 18 cells takes 45 times the median number of
+    # iterations.
     even = cells == 18 or max(iterations) <= 20 * np.median(iterations)
     return even and recovered < 0.2 and report.strain.stretch < 1.25
 
