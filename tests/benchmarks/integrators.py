@@ -38,7 +38,7 @@ class Swing(NamedTuple):
 
     @property
     def kept(self) -> float:
-        """1 + (E - E0) / FALL. E: mean of the last tenth of `energies`; E0: first energy."""
+        """1 + (E - E0) / FALL; E: mean of the last tenth of `energies`; E0: first energy."""
         late = self.energies[-max(1, len(self.energies) // 10) :]
         return 1.0 + float(np.mean(late) - self.energies[0]) / FALL
 

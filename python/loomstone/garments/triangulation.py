@@ -20,8 +20,8 @@ __all__ = ["Boundary", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Smallest initial distance of interior points from the boundary, as a fraction of the spacing. It is
-# reduced if a narrow panel lacks room.
+# Smallest initial distance of interior points from the boundary, as a fraction of the spacing. It
+# is reduced if a narrow panel lacks room.
 CLEARANCE = 0.5
 WANTED_DEGREES = 28.0  # triangles with a smaller angle are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
