@@ -266,17 +266,17 @@ class RankReport:
     @property
     def computing(self) -> float:
         """
-        time outside communication, mean of the ranks [s]
+        time not spent waiting for other ranks, mean of the ranks [s]
         """
     @property
     def most_computing(self) -> float:
         """
-        time outside communication, largest of the ranks [s]
+        time not spent waiting for other ranks, largest of the ranks [s]
         """
     @property
     def most_waiting(self) -> float:
         """
-        time in communication, largest of the ranks [s]
+        time spent waiting for other ranks, largest of the ranks [s]
         """
     @property
     def operations(self) -> int:
@@ -286,7 +286,7 @@ class RankReport:
     @property
     def waiting(self) -> float:
         """
-        time in communication, mean of the ranks; it includes waiting for other ranks [s]
+        time spent waiting for other ranks, mean of the ranks [s]
         """
 
 class SolverReport:
@@ -481,7 +481,7 @@ class AccountReport:
     @property
     def friction(self) -> float:
         """
-        work against the friction of contacts in the solve [J]
+        work against the friction of contacts, in the solve or at events [J]
         """
     @property
     def largest_kinetic(self) -> float:
@@ -2768,7 +2768,7 @@ class SemiImplicitEuler(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
@@ -2854,7 +2854,7 @@ class SemiImplicitEuler(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
         """
 
 class BackwardEuler(Integrator):
@@ -2869,7 +2869,7 @@ class BackwardEuler(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     newton_tolerance : relative residual at which Newton's method stops [1]; > 0; default 1e-06
@@ -2973,7 +2973,7 @@ class BackwardEuler(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
         """
 
 class ImplicitMidpoint(Integrator):
@@ -2988,7 +2988,7 @@ class ImplicitMidpoint(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
@@ -3074,7 +3074,7 @@ class ImplicitMidpoint(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
         """
 
 class NonlinearMidpoint(Integrator):
@@ -3089,7 +3089,7 @@ class NonlinearMidpoint(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     newton_tolerance : relative residual at which Newton's method stops [1]; > 0; default 1e-06
@@ -3193,7 +3193,7 @@ class NonlinearMidpoint(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
         """
 
 class BDF2(Integrator):
@@ -3208,7 +3208,7 @@ class BDF2(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
@@ -3294,7 +3294,7 @@ class BDF2(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to that by gravity, if this is larger [1]; > 0; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; > 0; default 0.0001
         """
 
 class Asynchronous(Integrator):
@@ -3309,7 +3309,7 @@ class Asynchronous(Integrator):
     schedule : order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in the thesis; gains energy, for comparison); default 'nested'
     limit : bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
     safety : step of a triangle as a fraction of its bound; auto: 0.4 for limit="eigenvalue", 0.6 for limit="inradius" [1]; in (0, 1]; default 'auto'
-    bending_multiple : largest step of bending as a multiple of the membrane's, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+    bending_multiple : largest step of bending as a multiple of the membrane's, at least 1, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
     limiting : method that enforces the strain limits of cloth: potential (membrane with a second phase that is 30 times as stiff) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
     predicted : strain at which limiting begins, for impulses the strain that is predicted for the next event of a triangle; None: the limits of the cloth [1]; > 0
     present : present strain beyond which impulses also correct positions; None: 4/3 of the strain at which limiting begins [1]; > 0
@@ -3363,7 +3363,7 @@ class Asynchronous(Integrator):
     @property
     def bending_multiple(self) -> float:
         """
-        largest step of bending as a multiple of the membrane's, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+        largest step of bending as a multiple of the membrane's, at least 1, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
         """
     @property
     def limit(self) -> typing.Literal["eigenvalue", "inradius"]:
@@ -3502,7 +3502,7 @@ class Detector:
         """
     def forget_trees(self) -> None:
         """
-        Makes the next query build the tree again. This affects its time and the order of unsorted candidates only.
+        Makes the next query build the tree again, which changes its results at most in order.
         """
     @property
     def edges(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -4447,7 +4447,7 @@ class Simulation:
     @property
     def hierarchy_bytes(self) -> int:
         """
-        Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
+        Memory of the bounding-volume hierarchies that this rank stores [bytes].
         """
     @property
     def loop_iterations(self) -> int:
