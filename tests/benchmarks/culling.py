@@ -89,7 +89,7 @@ def main() -> None:
         total = measure(scene, step, times)
         show(f"{step:<9g}    sum", total)
         little |= 1.0 - total[3] / max(total[0], 1) < 0.5
-    raise SystemExit(little and not options.smoke)
+    raise SystemExit(1 if little and not options.smoke else 0)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import CacheError, StepReport
-from .tables import read_table
+from .tables import read_table, write_table
 
 __all__ = ["StepTable", "names_of_summary", "read_steps", "summary_of_steps"]
 
@@ -29,10 +29,9 @@ class StepTable:
                     f"{path}: its columns must be those of this version; run the scene again"
                 )
             kept = [row for row in rows if int(row[0]) <= until_step]
-        self._path, self._file = path, path.open("w", newline="")
+        write_table(path, columns, kept)  # a run that is killed now keeps the rows
+        self._path, self._file = path, path.open("a", newline="", encoding="utf-8")
         self._table = csv.writer(self._file)
-        self._table.writerow(columns)
-        self._table.writerows(kept)
 
     def add(self, report: StepReport) -> None:
         self._table.writerow(report.numbers().values())

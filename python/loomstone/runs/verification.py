@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import _core
 from .._core import Frame, FrameTopology
+from .tables import write_table
 
 __all__ = [
     "BROKEN",
@@ -59,8 +60,7 @@ class FrameTable:
                     for row in list(csv.reader(file))[1:]
                     if len(row) == 4 and int(row[0]) < until_frame
                 ]
-        with path.open("w", newline="") as file:
-            csv.writer(file).writerows([self.HEADER, *kept])
+        write_table(path, self.HEADER, kept)
 
     def add(self, index: int, frame: Frame) -> None:
         counts = count_intersections(self._topology, frame)
