@@ -17,7 +17,7 @@ from loomstone.runs import checkpoints, execution, progress, signals
 from loomstone.runs.execution import execute
 from loomstone.runs.options import RunOptions
 from loomstone.runs.scene_file import SceneFile, parse_parameters
-from loomstone.runs.steps import StepTable, read_steps, summary_of_steps
+from loomstone.runs.steps import read_steps, summary_of_steps
 
 
 @pytest.fixture
@@ -473,15 +473,6 @@ def test_a_damaged_table_of_steps_is_reported_with_its_line(run):
     path.write_bytes(b"\xff\xfe\x00noise")
     with pytest.raises(ls.CacheError, match="cannot be read as one"):
         read_steps(run)
-
-
-def test_a_table_of_steps_keeps_its_rows_if_the_run_is_killed_as_it_resumes(run):
-    path = run / "steps.csv"
-    StepTable(path, 10)  # a killed process does not flush or close its files
-    assert list(read_steps(run)["step"]) == list(range(1, 11))
-    path.unlink()
-    StepTable(path, 0)
-    assert path.read_text().startswith("step,")
 
 
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):
