@@ -17,8 +17,8 @@ inline constexpr int mode_stride = 8 * 8, limit_stride = 3 * mode_stride, entere
 // In the block table of a batch, the block of corner pair p in lane l begins at 72 p + 9 l.
 inline constexpr int pair_stride = 9 * 8, lane_stride = 9;
 
-// Tables of all batches, and the averaging time of viscous forces. Of these tables, the kernels
-// write only to `entered`.
+// Tables of all batches, and the averaging time of viscous forces. The kernels write to `entered`
+// and to no other table.
 struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
   const double* gradients;  // (batches x 6 x 8) dN0x dN0y dN1x dN1y dN2x dN2y [1/m]
