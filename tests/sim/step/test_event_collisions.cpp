@@ -52,6 +52,17 @@ Asynchronous schedule_of(Schedule schedule) {
   return options;
 }
 
+// A sheet that lies on a large board, just within the contact distance.
+Scene sheet_on_board() {
+  Scene scene;
+  scene.cloths = {sheet("sheet", 0.1, 6)};
+  scene.cloths[0].thickness = 1e-3;
+  scene.cloths[0].mesh = share(scene.cloths[0].mesh->moved(Vec3(0, 0, 0.999e-3)));
+  scene.obstacles = {board(2.0, 2.0)};
+  scene.obstacles[0].thickness = 1e-3;
+  return scene;
+}
+
 }  // namespace
 
 TEST_CASE("cloth that collapses into folds gains no energy at events and stays free") {
@@ -151,12 +162,7 @@ TEST_CASE("two free sheets that collide at events keep their momentum") {
 }
 
 TEST_CASE("a sheet that slides on a floor slows down by Coulomb friction at events") {
-  Scene scene;
-  scene.cloths = {sheet("sheet", 0.1, 6)};
-  scene.cloths[0].thickness = 1e-3;
-  scene.cloths[0].mesh = share(scene.cloths[0].mesh->moved(Vec3(0, 0, 0.999e-3)));
-  scene.obstacles = {board(2.0, 2.0)};
-  scene.obstacles[0].thickness = 1e-3;
+  Scene scene = sheet_on_board();
   const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
   Simulation sim(scene, schedule_of(schedule), 1);
   Points v = sim.velocities();
@@ -217,12 +223,7 @@ TEST_CASE("certification after a long interval gives a fast sheet no energy") {
 }
 
 TEST_CASE("the account has the work against friction at events, which is none while cloth sticks") {
-  Scene scene;
-  scene.cloths = {sheet("sheet", 0.1, 6)};
-  scene.cloths[0].thickness = 1e-3;
-  scene.cloths[0].mesh = share(scene.cloths[0].mesh->moved(Vec3(0, 0, 0.999e-3)));
-  scene.obstacles = {board(2.0, 2.0)};
-  scene.obstacles[0].thickness = 1e-3;
+  Scene scene = sheet_on_board();
   const Asynchronous options = schedule_of(GENERATE(Schedule::Nested, Schedule::Queue));
   const double mass = 0.3 * 0.1 * 0.1;
   Simulation slides(scene, options, 1);
