@@ -7,8 +7,8 @@ machine and with busy processes.
 A count of 300000 is the default of libgomp; 0 is OMP_WAIT_POLICY=passive (threads sleep at once).
 Every run is a separate process. The run and the busy processes share as many processors as the run
 has threads. Counts alternate, so that a change of the machine's load affects all of them. The table
-lists medians over the repeats. --ranks replaces the threads with two MPI ranks of one thread
-each, and the counts with 0.
+lists medians over the repeats. With --ranks, it compares one and two MPI ranks of one thread each
+on two processors instead of spin counts.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import argparse
 import contextlib
 import json
 import os
+import re
 import shutil
 import statistics
 import subprocess
@@ -56,20 +57,26 @@ def busy_processes(count: int) -> Iterator[None]:
             process.wait()
 
 
-def measured(given: argparse.Namespace, count: int) -> tuple[float, float]:
-    """Returns the wall time of the slowest rank and the processor time of all ranks [s]."""
-    environment = {k: v for k, v in os.environ.items() if k not in {"OMP_WAIT_POLICY"}}
-    environment["GOMP_SPINCOUNT"] = str(count)
-    if count == 0:
+def measured(given: argparse.Namespace, row: int) -> tuple[float, float]:
+    """Returns the wall time of the slowest rank and the processor time of all ranks [s]. `row` is
+    the spin count, or the number of ranks with --ranks.
+    """
+    environment = {k: v for k, v in os.environ.items() if k != "OMP_WAIT_POLICY"}
+    environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    if given.ranks or row == 0:
         environment["OMP_WAIT_POLICY"] = "passive"
+    else:
+        environment["GOMP_SPINCOUNT"] = str(row)
     command = [sys.executable, __file__, "--child", "--triangles", str(given.triangles)]
     command += ["--duration", str(given.duration), "--threads", str(given.threads)]
     if given.ranks:
-        command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2", *command, "--ranks"]
+        start = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(row)]
+        command = [*start, *command, "--ranks"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(done.stderr)
-    times = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("[")]
+    # mpirun may put the outputs of two ranks on one line.
+    times = [json.loads(found) for found in re.findall(r"\[[^]]*\]", done.stdout)]
     return max(t[0] for t in times), sum(t[1] for t in times)
 
 
@@ -86,7 +93,7 @@ def main() -> None:
         default=[0, 500, 1000, 2000, 4000, 8000, 16000, 300000],
     )
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--ranks", action="store_true", help="two MPI ranks instead of threads")
+    parser.add_argument("--ranks", action="store_true", help="compare one and two MPI ranks")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     given = parsed(
         parser, triangles=128, duration=0.02, busy=[0, 1], counts=[0, 2000], repeats=1, threads=1
@@ -100,25 +107,26 @@ def main() -> None:
         return
     allowed = sorted(os.sched_getaffinity(0))[: 2 if given.ranks else given.threads]
     os.sched_setaffinity(0, allowed)
-    what = "2 ranks of 1 thread" if given.ranks else f"{given.threads} threads"
+    what = "ranks of 1 thread" if given.ranks else f"{given.threads} threads"
     print(
         f"drape, {given.triangles} triangles, {given.duration} s, {what} on {len(allowed)} "
         f"processors: wall / processor time [s], median of {given.repeats}"
     )
-    print("spin count" + "".join(f"{f'{n} busy':>18}" for n in given.busy))
-    counts = [0] if given.ranks else given.counts
+    heading = "ranks" if given.ranks else "spin count"
+    print(f"{heading:>10}" + "".join(f"{f'{n} busy':>18}" for n in given.busy))
+    rows = [1, 2] if given.ranks else given.counts
     times: dict[tuple[int, int], list[tuple[float, float]]] = {}
     for busy in given.busy:
         with busy_processes(busy):
             for _ in range(given.repeats):
-                for count in counts:
-                    times.setdefault((count, busy), []).append(measured(given, count))
-    for count in counts:
+                for row in rows:
+                    times.setdefault((row, busy), []).append(measured(given, row))
+    for row in rows:
         cells = [
-            [statistics.median(t[i] for t in times[count, busy]) for i in range(2)]
+            [statistics.median(t[i] for t in times[row, busy]) for i in range(2)]
             for busy in given.busy
         ]
-        print(f"{count:10d}" + "".join(f"{wall:10.2f} /{cpu:6.2f}" for wall, cpu in cells))
+        print(f"{row:10d}" + "".join(f"{wall:10.2f} /{cpu:6.2f}" for wall, cpu in cells))
 
 
 if __name__ == "__main__":
