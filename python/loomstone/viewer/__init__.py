@@ -72,9 +72,9 @@ def live(
     field_lines : number of magnetic field lines at the start
     host, port : address of the page. If the port is taken, the next free one is used.
 
-    The result has `page.url`, `rates()`, `intersecting_pairs()`, `wait()` and `stop()`. Raises
-    Unsupported if viser is not installed (`pip install "loomstone[view]"`), and InvalidInput if the
-    scene cannot be simulated.
+    The result has `page.url`, `rates()`, `intersecting_pairs()`, `start()`, `pause()`, `wait()` and
+    `stop()`. Raises Unsupported if viser is not installed (`pip install "loomstone[view]"`), and
+    InvalidInput if the scene cannot be simulated.
     """
     return Live(
         scene,

@@ -103,6 +103,14 @@ class Live:
         with self._lock:
             return self._sim.intersecting_pairs()
 
+    def start(self) -> None:
+        """Lets a paused simulation run, like the checkbox of the page."""
+        self._running.value = True
+
+    def pause(self) -> None:
+        """Pauses the simulation before its next step."""
+        self._running.value = False
+
     def stop(self) -> None:
         """Ends the simulation and closes the page."""
         self._stopped.set()

@@ -139,6 +139,22 @@ def test_a_live_simulation_starts_again(run):
         shown.stop()
 
 
+def test_a_live_simulation_starts_and_pauses():
+    shown = viewer.live(scene(), threads=1, port=0, paused=True)
+    try:
+        time.sleep(0.2)
+        assert shown.time == 0.0
+        shown.start()
+        _until(lambda: shown.time > 0.05)
+        shown.pause()
+        time.sleep(0.2)  # the step in progress ends
+        paused_at = shown.time
+        time.sleep(0.2)
+        assert shown.time == paused_at
+    finally:
+        shown.stop()
+
+
 def test_wrong_arguments_are_refused(run, tmp_path):
     with pytest.raises(ls.InvalidInput, match="color_by must be cloth"):
         viewer.write_html(run, tmp_path / "page.html", color_by="colour")
