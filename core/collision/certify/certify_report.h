@@ -24,7 +24,7 @@ struct CertifyReport {
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 
   // Merges motion that other certifications or fallbacks of the same step have withheld. Sums
-  // displacements of the same vertex.
+  // displacements of the same vertex. `others` must be sorted by vertex.
   void merge(const std::vector<WithheldMotion>& others);
   std::int64_t n_withheld() const { return static_cast<std::int64_t>(withheld.size()); }
   double withheld_length() const;  // sum of displacement lengths [m]
