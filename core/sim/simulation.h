@@ -65,7 +65,7 @@ class Simulation {
   // Returns the frame at a time within the last step [s]. Positions are interpolated.
   Frame frame_at(double time) const;
 
-  const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
+  const std::vector<Index>& vertex_order() const;  // internal row of each vertex
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
   // positions or velocities restarts multistep schemes. Every step first checks the tables that

@@ -30,9 +30,9 @@ struct NearContacts {
   // includes contacts or the integrator handles them at events. Those of cloth vertices without
   // contacts may be unset.
   Points v0;
-  // (vertices x 3) change of velocity in the last part, scaled to the length of this part, set like
-  // v0 [m/s]. Contact terms assume this change in this part, which reduces the lag of sliding
-  // contacts.
+  // (vertices x 3) change of velocity in the last part, scaled to the length of this part [m/s]. It
+  // is set in the same cases as v0. Contact terms assume this change in this part, which reduces
+  // the lag of sliding contacts.
   Points last_change;
   GatherRoom work_room;
 };
