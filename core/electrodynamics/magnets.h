@@ -40,7 +40,7 @@ class Magnets {
   // Returns MagneticModel::group() of each magnet.
   const std::vector<Index>& groups() const { return groups_; }
   bool dipoles_only() const { return !soft_; }  // whether all induced magnets are dipoles
-  // Returns the polarizability of each induced dipole [A m^2/T].
+  // Returns the polarizability of each induced magnet [A m^2/T], 0 unless it is a sphere.
   const Vector& polarizabilities() const { return polarizabilities_; }
 
  private:

@@ -53,8 +53,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 
 // Contacts of hulls with at most this number of vertices, with each other and with triangles of
 // obstacles, are found by the separating-axis test and face clipping. The cost of this test grows
-// with the product of the face counts. Hulls with more vertices count as round and use Bullet's
-// method, which accumulates contact points over several steps.
+// with the product of the face counts. Other hulls count as round and use Bullet's method, which
+// accumulates contact points over several steps.
 constexpr int most_polyhedron_vertices = 32;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
 // shapes. Round hulls need a margin so large that their shrunken cores seldom overlap, because
