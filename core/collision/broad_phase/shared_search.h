@@ -44,7 +44,7 @@ class SharedSearch {
   // in gather().
   void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
 
-  // Collective. Returns the records that the threads of all ranks have made since each_pair().
+  // Collective. Returns the records that the threads of all ranks made in the last each_pair().
   template <class Record>
   std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
     struct Nothing {};
