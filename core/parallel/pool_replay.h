@@ -60,7 +60,7 @@ struct OrderedWork {
 // Returns the shortest measured time of one reading of the clock [s].
 double clock_seconds();
 
-// Replays a static division: each rank performs all tests that follow from its first tests.
+// Replays a static division: each rank performs its first tests and all that follow from them.
 ReplayReport replay_static(const RecordedTests& tests, const Network& network);
 // Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
