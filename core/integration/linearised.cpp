@@ -1,7 +1,7 @@
 // Linearised schemes: semi-implicit backward Euler ((2.51) of [Thomaszewski2010], with the term h D
-// v that is omitted there), implicit midpoint and BDF-2; see docs/method.md, "Integrators". They
-// solve one linear system for the change of velocity dv per step, with the stiffness K and damping
-// D at its start:
+// v that is omitted there), implicit midpoint and BDF-2; see docs/method.md, "Integrators". A step
+// solves a linear system for the change of velocity dv, with the stiffness K and damping D at its
+// start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads, f_el is the gradient of the
