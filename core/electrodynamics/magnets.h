@@ -22,9 +22,9 @@ class Magnets {
  public:
   explicit Magnets(const MagneticModel& model);
 
-  // Returns all magnets at the given poses, with the computed magnetisation of the induced ones.
-  // `coils` are additional field sources. `moments` is an initial guess of the induced dipole
-  // moments.
+  // Returns all magnets at the given poses, with the computed magnetisation and moments of the
+  // induced ones and the known fields (see Magnetised). `coils` are additional field sources.
+  // `moments` is an initial guess of the induced dipole moments.
   Magnetised at(const Team& team, const CarrierPlaces& places,
                 const std::vector<MagneticBody>& coils, const Points& moments = Points()) const;
   // Returns the wrench on each carrier due to the magnets in each other's fields and in the uniform

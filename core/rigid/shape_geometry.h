@@ -39,8 +39,8 @@ struct FacetFrame {
 };
 FacetFrame facet_frame(const Mat3& corners);
 
-// A convex polyhedron that is shrunk by `margin`. The points within this distance of it form the
-// original polyhedron with rounded edges.
+// A convex polyhedron that is shrunk by about `margin`. The points within this distance of it
+// nearly form the original polyhedron, with rounded edges.
 struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
