@@ -58,7 +58,7 @@ def seen_on_floor(floor, x, y):
     return picture[rows, columns].argmax(1)
 
 
-# CHECKER with 16 x 16 pixels for each of its pixels, so that transitions between them are narrow.
+# CHECKER with each pixel repeated 16 x 16 times, so that transitions between colours are narrow.
 FINE = CHECKER.repeat(16, axis=0).repeat(16, axis=1)
 PLACES = np.random.default_rng(5).uniform((0.38, -0.2), (0.8, 0.2), (200, 2))
 
