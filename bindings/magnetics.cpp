@@ -1,5 +1,5 @@
-// Binds magnets and currents at given poses, their fields, forces and energies, and induced
-// moments.
+// Binds magnets and currents at given poses, their fields, field lines, forces, energies and
+// inductances, induced moments, and cells of magnets.
 #include <optional>
 
 #include "bindings/descriptions.h"

@@ -30,7 +30,8 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
 }
 
 // Converts a mesh of trimesh or meshio. pybind11 calls this function if an argument must be a
-// TriangleMesh but is another object. Returns null for all others, but throws for a trimesh.Scene.
+// TriangleMesh but is another object. Returns null for objects of other types. Throws for a
+// trimesh.Scene and for invalid meshes.
 PyObject* converted_mesh(PyObject* object, PyTypeObject*) {
   py::object mesh =
       py::module_::import("loomstone.base.foreign_meshes").attr("converted")(py::handle(object));

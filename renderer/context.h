@@ -1,7 +1,8 @@
 // A headless OpenGL 3.3 core context from the system's OSMesa, else from surfaceless EGL, else from
 // the OSMesa that wheels contain. The OSMesa of wheels is slower, because it has no LLVM and draws
-// with softpipe. All are loaded at run time, so a machine without them gets an error message
-// instead of a link error. The environment variable LOOMSTONE_GL=osmesa|egl|softpipe selects one.
+// with softpipe. The libraries are loaded at run time, so a machine without them gets an error
+// message instead of a link error. The environment variable LOOMSTONE_GL=osmesa|egl|softpipe
+// selects one.
 #pragma once
 
 #include <memory>
@@ -19,7 +20,7 @@ class Context {
   virtual void release() = 0;  // this thread then has no current context
 };
 
-// Throws InvalidInput if LOOMSTONE_GL has another value, and Unsupported if no context can be
+// Throws InvalidInput if LOOMSTONE_GL has an unknown value, and Unsupported if no context can be
 // created. The message then names the libraries that were tried, and packages of OSMesa and EGL.
 std::unique_ptr<Context> create_context();
 

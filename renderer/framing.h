@@ -9,7 +9,7 @@
 namespace loomstone {
 
 // The region that a fitted camera shows. Its radius is the length scale of shading. A renderer
-// computes it once, from the first frame, so that the view stays fixed while the cloth moves.
+// computes it once, usually from the first frame, so that it stays the same while the cloth moves.
 struct Framing {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
   // Points that must be visible [m]; empty: the corners of the box.

@@ -1,6 +1,6 @@
-// Triangle buffers for OpenGL. Every vertex has a position, a shading normal, cloth coordinates
-// (uv) and two values that determine colours. A vertex is split where uv or normal differs between
-// its triangles: along uv seams and along sharp edges of bodies.
+// Triangle buffers for OpenGL. Every vertex has a position, a shading normal, uv coordinates and
+// two values that determine colours. A vertex is split where uv or normal differs between its
+// triangles: along uv seams and along sharp edges of bodies.
 #pragma once
 
 #include <vector>

@@ -36,7 +36,7 @@ std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& to
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
 // Returns the range given in the options, or else that of the values. For a diverging map, the
 // latter is made symmetric about the neutral value: 1 for stretch and 0 for strains. The range of
-// the values of contact is not changed. The returned range is never empty.
+// the values of contact is not changed. Any other returned range has a positive width.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

@@ -2,8 +2,7 @@
 
 The cloth lines the cone, gathers into many layers in front of the sphere, is squeezed through the
 tube and settles on the floor. The scene is based on example 2.5 of [Thomaszewski2010] (14,476
-triangles, 4 s, steps of 1 ms). The original dimensions of funnel and sphere are lost; those used
-here are our choice.
+triangles, 4 s, steps of 1 ms). The dimensions of funnel and sphere are our choice.
 """
 
 import loomstone as ls

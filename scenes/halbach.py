@@ -2,8 +2,8 @@
 next, so that one side of the row is strong and the other weak.
 
 Field lines are dense above the array and almost absent below it. Two equal small magnets are
-released at the same distance above and below the array. The upper one turns and is pulled in after
-6 ms, the lower one after 13 ms. There is no gravity. Red is north and blue is south.
+released at the same distance above and below the array. The upper one turns and is pulled in before
+the lower one. There is no gravity. Red is north and blue is south.
 """
 
 import loomstone as ls

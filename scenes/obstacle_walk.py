@@ -79,7 +79,7 @@ def skeleton() -> dict[str, Bone]:
 
 
 def distances(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Returns the distances of points (n x 3) from the surfaces of the bones (n x bones) [m]."""
+    """Returns the distances (n x bones) [m] of points (n x 3) from the bones, negative inside."""
     columns = []
     for bone in bones.values():
         joint, along = np.array(bone.joint), np.subtract(bone.end, bone.joint)

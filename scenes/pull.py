@@ -2,10 +2,10 @@
 and the plate comes down to it.
 
 The weight lifts off when the pull across the gap equals the force of gravity on it, snaps to the
-plate and rises with it. Red is north and blue is south. `python scenes/pull.py` prints the pull on
-the plate as a function of the gap, the pull of the magnet's mirror image in a plane of ideal iron,
-and the values of a dealer's catalogue. `python scenes/pull.py FILE` also plots the pull on the
-plate.
+plate and rises with it. Red is north and blue is south. `python scenes/pull.py` compares flux
+densities and pulls of four magnets with a dealer's catalogue. It then prints the pull on the plate
+and the pull of the magnet's mirror image in a plane of ideal iron at ten gaps. `python
+scenes/pull.py FILE` also plots the pull on the plate.
 """
 
 import sys
@@ -35,7 +35,7 @@ POLARIZATION = 1.24
 MAGNET = (0.012, 0.010, 0.004)
 WEIGHT = (0.012, 0.010, 0.024)  # size of the weight, including the magnet in its top [m]
 PLATE = (0.060, 0.060, 0.010)
-FOCUS = 0.007  # `focus` of soft_cuboid() [m]; slightly more than half the width of the magnet
+FOCUS = 0.007  # `focus` of soft_cuboid() [m]; slightly more than half the magnet's longest edge
 
 
 def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBody:

@@ -3,7 +3,7 @@
 The crests of the bar hold the cloth first. It folds on both sides while it sinks towards the
 troughs, and its edges reach the floor, where large parts of it come to lie. This is example 5.2 of
 [Thomaszewski2010], with 28,800 triangles and 1,000 steps of 1 ms. The dimensions of the bar and the
-material are lost; those used here are our choice.
+material are our choice.
 
     loomstone run scenes/wave_bar.py -p triangles=3200
 """

@@ -188,9 +188,7 @@ class CppNesting:
         return depth
 
     def expression(self) -> int:
-        """Returns the nesting depth of a statement that ends with a semicolon, a label's colon or a
-        block.
-        """
+        """Returns the nesting depth of a statement that ends in a semicolon, a colon or a block."""
         deepest = 0
         while self.peek() and self.peek() != "}":
             if self.peek() == "(":

@@ -28,7 +28,7 @@ class Library:
     name: str
     license: str  # SPDX expression
     files: str  # common prefix of its file names
-    packages: str  # names of packages that contain its licence
+    packages: str  # names of licence files or packages, searched in this order
     change: str = ""  # how the library differs from its release
 
 

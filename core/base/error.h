@@ -19,8 +19,8 @@ class InvalidInput : public Error {
   using Error::Error;
 };
 
-// A solve or a step failed (RuntimeError in Python). If it failed in a step of a simulation, the
-// message names the step and its time.
+// A solve or a step failed (RuntimeError in Python). If a step of a simulation failed, the message
+// names the step and the time at its start.
 class SolverFailure : public Error {
  public:
   using Error::Error;

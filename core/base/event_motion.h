@@ -57,7 +57,8 @@ struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
   // (n x 3) Changes of velocity by elastic forces and loads at the last event of each vertex [m/s].
-  // At the start of an interval, they are those of a whole kick.
+  // At the start of an interval of nested steps, where half a kick acts, they are those of a whole
+  // kick.
   const Points& kicks;
   // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
   // the time from now to the next event, or 0 if an event is due now. Positions and poses are those
@@ -84,7 +85,8 @@ struct EventMotion {
     if (clocks) return clocks->of_body[body] - clocks->now;
     return levels->ahead[bodies[body].level];
   }
-  // Change of velocity by elastic forces and loads that a vertex has received now [m/s].
+  // Change of a vertex's velocity by elastic forces and loads at the present time [m/s]; 0 if the
+  // vertex has no event now.
   Vec3 kick(Index vertex) const {
     return ahead(vertex) == 0.0 ? Vec3(kicks.row(vertex).transpose()) : Vec3::Zero();
   }

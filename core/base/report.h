@@ -169,7 +169,8 @@ struct WithheldReport {
   }
 };
 
-// Sweeps and fallbacks of strain limiting in a step, and the excess that remains.
+// Effort of strain limiting in a step (sweeps, rounds, fallbacks, evaluations), and the excess that
+// remains.
 struct StrainLimitReport {
   int sweeps = 0, rate_sweeps = 0, rounds = 0, fallbacks = 0;
   std::int64_t evaluations = 0;
@@ -242,8 +243,8 @@ struct EnergyReport {
   }
 };
 
-// Work done and energy lost since the start of the run, or since the user last set positions or
-// velocities.
+// Work done, energy lost, energy balances and largest kinetic energy since the start of the run, or
+// since the user last set positions or velocities.
 struct AccountReport {
   double scripts = 0.0, loads = 0.0, friction = 0.0, damping = 0.0, limits = 0.0, withheld = 0.0;
   double lost = 0.0, balance = 0.0, contact_balance = 0.0, largest_kinetic = 0.0;

@@ -1,4 +1,4 @@
-// Comparison of tables of positions or velocities that are usually equal.
+// Bitwise comparison of tables of positions or velocities.
 #pragma once
 
 #include <cstring>

@@ -15,9 +15,9 @@ namespace loomstone {
 // directory.
 class FrameWriter {
  public:
-  // Creates the files under temporary names and then renames them. `metadata` is free text (JSON)
-  // that is stored with the frames. `compression` (0 to 9, deflate) makes files smaller and writing
-  // slower.
+  // Creates the files under temporary names and then renames them. `metadata` is any text, such as
+  // JSON, that is stored with the frames. `compression` (0 to 9, deflate) makes files smaller and
+  // writing slower.
   FrameWriter(const std::string& directory, const FrameTopology& topology,
               const std::string& metadata, int compression = 0);
   // Continues a run. Copies its complete frames with times up to `after_time` (included) [s] to new

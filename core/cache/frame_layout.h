@@ -1,5 +1,5 @@
-// Contents of the frame files in addition to the VTKHDF layout: the group /loomstone with format,
-// names, metadata, reports, coil currents, looks, and which bodies are floors.
+// Contents of the frame files in addition to the VTKHDF layout: the group /loomstone, which
+// describes the file and contains, among others, metadata, reports, coil currents and looks.
 #pragma once
 
 #include <cstddef>

@@ -62,7 +62,7 @@ struct Hdf5Shared {
   bool unwritten = false;  // true: rows have changed since the last successful flush
 };
 
-// A dataset of rows that can grow. Rows are addressed by index. Buffers contain consecutive rows.
+// A dataset that can grow by rows. Rows are addressed by index. Buffers contain consecutive rows.
 class Hdf5Rows {
  public:
   Hdf5Rows() = default;

@@ -30,7 +30,7 @@ struct PolyDataMesh {
   std::int64_t n_vertices = 0;
   std::vector<Index> vertices;  // (points) vertex of each point
   Triangles triangles;          // point of each corner
-  int compression = 0;          // deflate level of points and fields, 0 to 9
+  int compression = 0;          // deflate level of points and varying fields, 0 to 9
 };
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
@@ -81,7 +81,7 @@ class PolyDataWriter {
   std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
   // Positions in the last committed block of points, and in the staged block.
   Points stored_, staged_;
-  // Numbers of blocks of points: the committed blocks, and all blocks including the staged one.
+  // Numbers of blocks of points: the committed blocks, and all blocks including a staged one.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;
   std::vector<unsigned char> rows_of_points_;  // scratch memory of put()
 };

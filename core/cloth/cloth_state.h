@@ -9,15 +9,16 @@ namespace loomstone {
 struct ClothState {
   Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
   Points v;  // (n x 3) velocities [m/s]; written like x
-  // (rows of the solve x 3) Change of velocity in the last step of a linearised scheme [m/s], which
-  // writes it. In rows of bodies it is scaled as in BodyRows. It predicts the slip of contacts and,
+  // (rows of the solve x 3) Change of velocity in the last step [m/s]; written by linearised
+  // schemes. In rows of bodies it is scaled as in BodyRows. It predicts the slip of contacts and,
   // without contacts, is the initial guess of the next solve.
   Points last_change;
-  // Length of the step that led to x and v [s]; 0 at the start and after the user has set either.
-  // The stepper writes it.
+  // Length of the step, or part of a step, that led to x and v [s]; 0 at the start and after the
+  // user has set either. The stepper writes it.
   double previous_step = 0.0;
-  // Length of the next step that the error of the last step allows [s]; 0: unknown. The stepper
-  // writes it.
+  // Expected length of the next step or part of a step [s]; 0: unknown. It follows from the error
+  // of the last one. In automatic steps, growth and dissipation also limit it. The stepper writes
+  // it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because contacts created energy [s];
   // 0: none. Later steps grow faster until one of them has this length or is limited by its error.

@@ -10,8 +10,8 @@ namespace loomstone {
 namespace {
 
 constexpr Index triangles_per_block = 128, least_blocks_a_thread = 8;
-// Kinetic energy in the frame that moves with a cloth counts as rounding error if it is below this
-// fraction of the kinetic energy in the world frame [1].
+// Lower bound of the kinetic energy in the frame that moves with a cloth, as a fraction of the
+// kinetic energy in the world frame [1]. Smaller values are rounding errors.
 constexpr double rounding = 1e-14;
 // A step resolves a motion if implicit Euler removes less than this fraction of its kinetic energy
 // per step [1].

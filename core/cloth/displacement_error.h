@@ -38,12 +38,12 @@ class DisplacementError {
   StepError at(const Team& team, const Points& v, double h);
   // Returns the largest rate at which implicit Euler removes energy from the free motion of a
   // cloth, relative to the energy of that cloth [1/s]. In the time h [s], implicit Euler removes
-  // 1/2 m (v1 - v0)^2 from each vertex that is not prescribed. The energy of the cloth is the sum
-  // of its kinetic energy, its membrane energy and 1/2 m g L, where L is the square root of its
-  // area. Cloths with motion that the step does not resolve, such as that of snapping wrinkles, are
-  // omitted. x1 (n x 3) are the positions at the end, and v0 and v1 (n x 3) the velocities at the
-  // start and at the end. The membrane energy at x1 is reused from the last call of over() if that
-  // call ended at x1. Collective.
+  // 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The energy of the cloth is
+  // the sum of its kinetic energy, its membrane energy and 1/2 M g L, where M is its mass and L the
+  // square root of its area. Cloths with motion that the step does not resolve, such as that of
+  // snapping wrinkles, are omitted. x1 (n x 3) are the positions at the end, and v0 and v1 (n x 3)
+  // the velocities at the start and at the end. The membrane energy at x1 is reused if the last
+  // call of over() ended at x1 and no call of at() followed. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
@@ -66,7 +66,7 @@ class DisplacementError {
   };
   struct Scales {
     double mass = 0.0, mass_of_prescribed = 0.0;  // [kg]
-    double height = 0.0;                          // 1/2 m g L, where L^2 is the area [J]
+    double height = 0.0;                          // 1/2 M g L as in dissipation() [J]
   };
 
   // The displacement is (end - start) * time, or end * time if start is null.

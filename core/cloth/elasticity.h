@@ -1,6 +1,7 @@
 // Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
-// a layout of several ranks, each rank stores the rows of the matrix that it owns, the membrane and
-// mid-edge elements that act on these rows, and all hinge elements.
+// a layout of several ranks, each rank stores the rows of the matrix that it owns and all hinge
+// elements. Of the membrane and mid-edge elements, it stores those that act on these rows and those
+// whose energies it sums.
 #pragma once
 
 #include <memory>
@@ -46,8 +47,8 @@ class Elasticity {
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
                             Index end, Points& force);
 
-  // A product with the new matrix, which assemble() also computes. `w` must be up to date in all
-  // rows that the matrix couples to [begin, end).
+  // A product that assemble() computes with the new matrix. `w` must be up to date in all rows that
+  // the matrix couples to [begin, end).
   struct Product {
     const Points* w;  // one row per vertex or more; null: no product
     Points* y;        // y = (matrix - M) w on rows [begin, end)
@@ -57,8 +58,8 @@ class Elasticity {
   void assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                 Product product = {});
 
-  // While this guard exists, forces and stiffness include the stiff phases near strain limits. Its
-  // destructor restores the plain membrane. A default-constructed guard changes nothing.
+  // While this guard exists, the energy, forces and stiffness of the membrane include the stiff
+  // phases near strain limits. A default-constructed guard changes nothing.
   class [[nodiscard]] LimitPhaseScope {
    public:
     LimitPhaseScope() = default;

@@ -1,6 +1,6 @@
-// Finds the pairs of features that may touch during an asynchronous step, before the motion of the
-// step is known. Contacts at events within the step are then evaluated for these pairs only. This
-// is the first stage of [Thomaszewski2010], 4.3.
+// Finds the pairs of features that may come closer than their thickness during an asynchronous
+// step, before the motion of the step is known. Contacts at events within the step are then
+// evaluated for these pairs only. This is the first stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <array>
@@ -19,7 +19,8 @@ struct ApproachingPair {
   bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
   double wake = 0.0;     // earliest time in the step when it may be closer than its thickness [s]
   std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
-  Vec3 normal = Vec3::Zero();  // from the second to the first closest point at the start, length 1
+  // Unit vector from the second to the first closest point at the start, or zero if they coincide.
+  Vec3 normal = Vec3::Zero();
 };
 
 struct Approach {
@@ -40,9 +41,9 @@ struct ExpectedMotion {
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
 // within the step. Candidates are pairs whose distance at the start is at most their thickness plus
-// their largest relative displacement, and whose 18-DOPs overlap. The 18-DOPs enclose the motion at
-// the assumed speed. A candidate is culled if its distance stays above the thickness along one of
-// these directions: from closest point to closest point at the start, the normal of the face, or
+// largest_loss() at their relative speed, and whose 18-DOPs overlap. The 18-DOPs enclose the motion
+// at the assumed speed. A candidate is culled if its distance stays above the thickness along one
+// of these directions: from closest point to closest point at the start, the normal of the face, or
 // the common normal of the two edges. Two edges are also culled if their closest points cannot come
 // to lie inside both edges within the step. A pair is a contact if it is closer than its thickness
 // at the start. For edges, the closest points must also lie inside both edges, and neither surface

@@ -57,8 +57,8 @@ class CollisionReplay {
     Team team;
     std::shared_ptr<const Communicator> communicator;
   };
-  // Collective. Performs a search `repetitions` times. Returns, for each repetition, the time from
-  // the end of the update of boxes until the last rank has all results [s].
+  // Collective. Performs a search `repetitions` times. Returns, for each repetition, the largest
+  // time that a rank needs from the end of its update of boxes until it has all results [s].
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:

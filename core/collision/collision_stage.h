@@ -27,9 +27,9 @@ namespace loomstone {
 
 // Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
 // affect speed, not results. The ranks divide the search among themselves. Each of them receives
-// all impacts, and all contacts or those of its rows. With the decomposition "predicted", each rank
-// keeps a part of the neighbour lists and tests their pairs. With the other decompositions, the
-// ranks traverse the trees of a SharedSearch.
+// all impacts and, unless divide() has been called, all contacts. With the decomposition
+// "predicted", each rank keeps a part of the neighbour lists and tests their pairs. With the other
+// decompositions, the ranks traverse the trees of a SharedSearch.
 class CollisionStage {
  public:
   // All decompositions give the same results.
@@ -44,8 +44,9 @@ class CollisionStage {
   void divide(IndexRange rows);
   bool divided() const;
 
-  // Finds all intersections at x0. The other methods ignore contacts and impacts that would prevent
-  // the intersecting surfaces from separating. An empty Tangle means that nothing intersects.
+  // Finds the intersections at x0 of surfaces that must not intersect; see kept_apart(). The other
+  // methods ignore contacts and impacts that would prevent these surfaces from separating. The
+  // Tangle is empty if there are no such intersections.
   Tangle find_tangle(const Points& x0);
 
   // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
@@ -64,8 +65,8 @@ class CollisionStage {
   // Totals of the contacts that the last call of one of these three functions found on all ranks.
   const ContactTotals& totals() const;
 
-  // Collective. Finds the pairs that may touch within a step of `motion`. Asynchronous steps
-  // evaluate contacts at events for these pairs.
+  // Collective. Finds the pairs that may come closer than their thickness within a step of
+  // `motion`. Asynchronous steps evaluate contacts at events for these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
 
@@ -77,7 +78,7 @@ class CollisionStage {
 
   // Returns contact_energies() [J] for `motion`, whose end must be StrengthInputs::x. `contacts`
   // must be the result of proximity() or proximity_alone() at this end. `rows` are the rows of this
-  // rank if contacts are divided.
+  // rank if contacts are divided and come from proximity(), otherwise all rows.
   std::vector<BinnedSum> energies(const ContactMotion& motion, const StrengthInputs& inputs,
                                   const std::vector<Contact>& contacts, IndexRange rows) const;
 
@@ -104,12 +105,12 @@ class CollisionStage {
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 
-  // Memory of the bounding-volume hierarchies on this rank [bytes].
+  // Memory of the bounding-volume hierarchies on this rank, except those that only
+  // proximity_alone() uses [bytes].
   std::size_t hierarchy_bytes() const;
-  // Memory of lists and other search data, and of contacts and positions kept for later calls
-  // [bytes].
+  // Memory of lists, of these other hierarchies and of other search data [bytes].
   std::size_t list_bytes() const;
-  std::size_t contact_bytes() const;
+  std::size_t contact_bytes() const;  // memory of contacts and positions kept for later calls
 
   // Sets whether certify() stores the motion that it receives. motion() returns the stored motion.
   void keep_motion(bool keep);

@@ -43,8 +43,9 @@ class Detector {
                         bool sorted);
 
   // Returns all pairs that share no vertex and touch while their vertices move from x0 to x1 on
-  // straight lines. The test is exact: it has no false negatives and no false positives. Throws
-  // InvalidInput under the same conditions as candidates().
+  // straight lines, and lower bounds on their contact times. The test for contact is exact: it has
+  // no false negatives and no false positives. Throws InvalidInput under the same conditions as
+  // candidates().
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
   // The next query rebuilds the trees. This can change only the order of unsorted candidates.

@@ -159,8 +159,8 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   change -= stopped * sliding;
   const double apart = std::max(0.0, along), restoring = along + lack;
   work_.restored += 0.5 * (restoring * restoring - apart * apart) / event.inverse_mass;
-  // The work of an impulse is the impulse times the mean of the velocities before and after all
-  // that acts at this time, so half of the present kick is subtracted.
+  // The work of an impulse is the impulse times the mean of the velocities before the kick and
+  // after the impulse. `velocity` contains the kick, so half of the kick is subtracted.
   Vec3 kick = Vec3::Zero();
   for (int k = 0; k < 4; ++k)
     if (event.vertices[k] < motion.v.rows())

@@ -39,8 +39,8 @@ class EventContacts {
   // Evaluates the pairs that are due at a tick and applies their impulses. All events of vertices
   // lie at ticks.
   void act(const Team& team, Index tick, const EventMotion& motion);
-  // Evaluates, at an event of a queue, the due pairs that contain a vertex in `vertices`, and
-  // applies their impulses.
+  // Evaluates, at an event of a queue, the due pairs that contain a free cloth vertex in
+  // `vertices`, and applies their impulses.
   void act_on(const std::vector<Index>& vertices, const EventMotion& motion);
 
   // Number of pair evaluations and number of impulses since set_pairs().
@@ -88,12 +88,12 @@ class EventContacts {
   std::vector<std::array<Index, 4>> vertices_;  // (pairs)
   // (pairs) Side of the first feature as defined by side_of(): 1 or -1; 0: unknown.
   std::vector<std::int8_t> side_;
-  // (pairs) Direction from the second to the first feature at the last evaluation or the start.
+  // (pairs) Contact normal at the last evaluation or at the start.
   std::vector<Vec3> normal_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
-  // Used with a queue: the pairs of each vertex, the time from which each pair is due [s], and the
-  // pairs of the current event.
+  // Used with a queue: the pairs of each free cloth vertex, the time from which each pair is due
+  // [s], and the pairs of the current event.
   std::vector<std::vector<Index>> pairs_of_;
   std::vector<double> wake_;
   std::vector<Index> touched_;

@@ -35,8 +35,9 @@ class PlacedCoils {
   // Returns the wrenches among coils that carry `currents` (coils) [A], and those of the uniform
   // field on the coils.
   CarrierWrenches among_coils(const Vector& currents) const;
-  // Returns the forces per ampere at `time` [s]. `response` is the response of magnetised bodies to
-  // the circuits. If it is empty, circuits magnetise no bodies and act on `magnets` as given.
+  // Returns the forces per ampere, the interactions of circuits and the commutation at `time` [s].
+  // `response` is the response of magnetised bodies to the circuits. If it is empty, circuits
+  // magnetise no bodies and act on `magnets` as given.
   CoilForces per_ampere(const std::vector<MagneticBody>& magnets, double time,
                         const CircuitResponse& response) const;
 

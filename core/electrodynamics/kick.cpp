@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of fixed-point iterations in a kick if circuits interact directly or through magnetised
-// bodies. Their wrenches per ampere then depend on the currents.
+// Number of fixed-point iterations in a kick if circuits act on each other or magnetise bodies. The
+// wrenches per ampere of the circuits then depend on the currents.
 constexpr int rounds = 4;
 
 // Wrenches per ampere of each circuit: `felt` determines the back-EMF, `exerted` acts on the

@@ -49,7 +49,8 @@ class MagneticMotion {
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
   // without gravity and gyroscopic torques. Throws SolverFailure if too many sub-steps are needed,
-  // if the solve for the magnetisation fails, or if a value is not finite.
+  // if the solve for the magnetisation fails, or if a value is not finite. Also throws as
+  // MutualInductances::at() does.
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 
@@ -87,9 +88,9 @@ class MagneticMotion {
   struct Course;
 
   Cause cause_of(const Moment& moment) const;
-  // Computes forces and inductances at an instant. On entry, `moments` is an initial guess of the
-  // induced dipole moments; on return, it contains the computed moments. If last_ has the same
-  // inputs (Cause), returns last_ and leaves `moments` unchanged.
+  // Computes magnetisation, forces and inductances at an instant. On entry, `moments` is an initial
+  // guess of the induced dipole moments; on return, it contains the computed moments. If last_ has
+  // the same inputs (Cause), returns last_ and leaves `moments` unchanged.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;

@@ -13,7 +13,7 @@ struct CircuitState {
   // Energy supplied by the sources of voltages and given currents, and by scripted obstacles that
   // move against the forces of currents [J].
   double supply = 0.0;
-  double bearings = 0.0;  // energy that bearings take from bodies; < 0 if they drive them [J]
+  double bearings = 0.0;  // energy that bearings take from bodies; < 0 if bearings drive bodies [J]
 };
 
 struct MagneticState {

@@ -36,7 +36,8 @@ struct SubstepWork {
   const CarrierWrenches first, second;
 };
 
-// Returns the wrenches between magnets without the part that is due to currents.
+// Returns the wrenches on magnets due to each other and to the uniform field, without the part that
+// is due to currents.
 CarrierWrenches wrenches_between_magnets(const Actions& actions);
 
 // Returns the error of the work divided by the sum of the absolute work and a tenth of `kinetic`,

@@ -28,17 +28,17 @@ namespace loomstone {
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;
 
-// Sets the friction of `terms` to its value after the rows have moved by `displacement` in `time`
-// [s], and stiffens contacts whose gap would shrink too much. The terms are linearised about the
-// start of the step. Returns the relative error of the friction that `terms` had before the call
-// [1], or 1 if a contact was stiffened.
+// Updates the friction of `terms` after the rows have moved by `displacement` in `time` [s], and
+// stiffens contacts whose gap would shrink too much. The terms are linearised about the start of
+// the step. Returns the relative error of the friction that `terms` had before the call [1], or 1
+// if a contact was stiffened.
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
-// Rigid bodies that the integrator moves within the step, without contacts among them.
+// Rigid bodies that the integrator moves within the step. It ignores contacts without cloth.
 struct BodiesOfStep {
   const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
-  // (2 b x 3) velocities at the start [m/s, rad/s]
+  // (2 b x 3) velocities at the start, after the impulses of the user's forces [m/s, rad/s]
   const Points* velocity = nullptr;
   // Vertices attached to bodies, each listed once.
   const std::vector<AttachedVertex>* attached = nullptr;
@@ -48,10 +48,11 @@ struct BodiesOfStep {
 // Input of a step. The rows are the cloth vertices. If the linear system includes rigid bodies, two
 // rows per body (translation, rotation) follow.
 struct StepInputs {
-  double step = 0.0;              // length h [s]
-  double time = 0.0;              // start of the step [s]
-  const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
-  Vec3 gravity = Vec3::Zero();    // acceleration [m/s^2]
+  double step = 0.0;  // length h [s]
+  double time = 0.0;  // start of the step [s]
+  // (n x 3) Gravity, drag and user forces at the start [N]; complete only in owned rows.
+  const Points* force = nullptr;
+  Vec3 gravity = Vec3::Zero();  // acceleration [m/s^2]
   // Contacts, friction, attachments and untangling; implicit schemes only. See also
   // Integrator::needs_all_terms().
   const ExtraTerms* terms = nullptr;
@@ -87,7 +88,8 @@ class StepFailure : public SolverFailure {
   using SolverFailure::SolverFailure;
 };
 
-// Thrown if a Newton scheme does not converge. `row` is the cloth vertex with the largest residual.
+// Thrown if a Newton scheme does not converge. `row` is the cloth vertex with the largest residual
+// among those that are not prescribed.
 class NewtonFailure : public StepFailure {
  public:
   NewtonFailure(const std::string& what, Index row) : StepFailure(what), row(row) {}
@@ -99,8 +101,9 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   // Advances state.x and state.v by one step, in all rows on all ranks. On entry, body_velocity
-  // (2 b x 3) contains the velocities predicted from the loads on the bodies. On return, they also
-  // include the action of the cloth. Throws SolverFailure if the step fails.
+  // (2 b x 3) contains the velocities predicted from the loads on the bodies. Implicit and
+  // asynchronous schemes add to them the action of the cloth. Throws SolverFailure if the step
+  // fails.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;

@@ -1,7 +1,7 @@
 // Linearised schemes: semi-implicit backward Euler ((2.51) of [Thomaszewski2010], with the term h D
-// v that is omitted there), implicit midpoint and BDF-2; see docs/method.md, "Integrators". They
-// solve one linear system for the change of velocity dv per step, with the stiffness K and damping
-// D at its start:
+// v that is omitted there), implicit midpoint and BDF-2; see docs/method.md, "Integrators". A step
+// solves a linear system for the change of velocity dv, with the stiffness K and damping D at its
+// start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads, f_el is the gradient of the
@@ -125,8 +125,8 @@ class LinearisedIntegrator final : public Integrator {
     displacement_.row(row) = moved;
   }
 
-  // Sets u0, the initial guess of dv, and the loads. In fixed rows, dv is the change of velocity
-  // that moves them to their targets.
+  // Sets u0, the initial guess of dv, and the loads. In fixed rows, dv changes the velocity to the
+  // mean velocity of the motion to the target.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
     // With contacts, the change of velocity in the last step is not used as a warm start, because
@@ -292,9 +292,9 @@ class LinearisedIntegrator final : public Integrator {
   double tolerance_;
   bool direct_;
   // True if the geometric term of the Jacobian uses the stress without the strain that the last
-  // step neglected. It is false for steps without a bounded error, because wrinkles that snap would
-  // then lose their damping. It is true for backward Euler only: the forces of the other schemes
-  // would turn less than the cloth does, which adds energy.
+  // step neglected. This reduces the damping of snapping wrinkles, so it is false for steps without
+  // a bounded error. It is false for schemes other than backward Euler, because their forces would
+  // turn less than the cloth does, which adds energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

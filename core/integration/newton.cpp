@@ -21,10 +21,9 @@ constexpr double roughly_known = 0.1;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
-// A residual that no step lowers is accepted if it is below this multiple of its rounding error.
-// Our choice: residuals at which the loop ends are one to three times the rounding error. This
-// holds only if the rounding error exceeds the fraction default_tolerance of the scale of the
-// residual. If the user's tolerance is unreachable for another reason, it is too small.
+// A residual that no step lowers is accepted if it and the fraction default_tolerance of its scale
+// are at most this multiple of its rounding error. Our choice: residuals at which the loop ends are
+// one to three times the rounding error.
 constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {
@@ -159,8 +158,9 @@ class NewtonIntegrator final : public Integrator {
     return report;
   }
 
-  // Takes one Newton step. The exact Jacobian gives quadratic convergence, but it may be indefinite
-  // near buckling. The positive semi-definite Jacobian then still gives a descent direction.
+  // Takes one Newton step. Returns false if search() accepts none. The exact Jacobian gives
+  // quadratic convergence, but it may be indefinite near buckling. The positive semi-definite
+  // Jacobian then still gives a descent direction.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;
@@ -173,6 +173,7 @@ class NewtonIntegrator final : public Integrator {
   // Line search. Accepts a step by its residual (see least_gain) or because it lowers the
   // potential. The second criterion is needed near buckling, where the residual must first grow on
   // the way to the solution. Neither criterion allows cycles. The combination is our choice.
+  // Returns false if no fraction of the Newton step down to `least` is accepted.
   bool search(const Step& step, double least) {
     for (length_ = 1.0; length_ >= least; length_ /= 2) {
       trial_.velocity = now_.velocity + length_ * correction_;
@@ -221,7 +222,8 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Returns the norm of the rounding error of the residual: its change if the whole cloth is moved
-  // by about its distance from the origin, which changes no force. Overwrites trial_.
+  // along each axis by a third of its largest coordinate, which changes no force. Overwrites
+  // trial_.
   double rounding_error(const Step& step) {
     const Points start = start_x_;
     const double largest = start.size() > 0 ? start.cwiseAbs().maxCoeff() : 0.0;
@@ -281,7 +283,7 @@ class NewtonIntegrator final : public Integrator {
     it.potential = NAN;
   }
 
-  // Sets the residual of inertia, loads and elastic forces.
+  // Sets the residual without terms in owned rows of cloth, and zeros in all other rows.
   void evaluate_cloth(const Step& step, const Points& moved, Iterate& it) {
     const Index n = step.n, begin = step.begin(), end = step.end();
     x_ = start_x_ + moved.topRows(n);

@@ -73,7 +73,7 @@ struct ExplicitOptions : IntegratorCommon {
   }
 };
 
-// Options of schemes that solve one linear system per step.
+// Options of the linearised schemes. Newton schemes have them, too.
 struct ImplicitOptions : IntegratorCommon {
   JacobianKind jacobian = JacobianKind::Positive;
   BendingInStep bending = BendingInStep::Auto;

@@ -38,11 +38,10 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1
 
 // Scaling of the rows of free bodies in the linear system. For every scheme, bodies move by
 // symplectic Euler: they receive the impulse h f of the force f, and then move by h v+ at the new
-// velocity v+. Let d be the `time` of the scheme. Forces on a body must be evaluated at its
-// displacement d v+, but the system evaluates them at the displacement (c_k / sigma) y in a row
-// with the unknown y. The unknown of a body is therefore y = (sigma d / c_k) dv, where dv is its
-// change of velocity. The system stays symmetric if the mass of the body is multiplied by
-// c_k / (h d).
+// velocity v+ = v + dv. Let d be the `time` of the scheme. Forces on a body must be evaluated at
+// its displacement d v + d dv, but the system evaluates them at d v + (c_k / sigma) y in a row with
+// the unknown y. The unknown of a body is therefore y = (sigma d / c_k) dv. The system stays
+// symmetric if the mass of the body is multiplied by c_k / (h d).
 struct BodyRows {
   double mass_share;      // factor of masses in the system
   double velocity_share;  // dv = velocity_share * y

@@ -27,8 +27,8 @@ class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
-  // Returns the rows that `matrix` couples across ranks, which this rank sends or receives. They
-  // are found again only if the number of blocks changes.
+  // Returns the halo of this rank for products with `matrix`. It is found again only if the number
+  // of blocks changes.
   const Halo& halo(const BlockMatrix& matrix, const RowLayout& layout) {
     if (halo_blocks_ != matrix.n_blocks()) {  // the pattern depends only on the mesh
       halo_ = matrix_halo(matrix, layout);

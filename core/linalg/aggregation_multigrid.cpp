@@ -130,8 +130,7 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
   lay_out_ranks(layout);
 }
 
-// Sets the halo, which consists of nodes of other ranks, and the layout of the message of
-// gather_residual().
+// Sets the halo of the first level, foreign_, and the layout of the message of gather_residual().
 void AggregationMultigrid::lay_out_ranks(const RowLayout& layout) {
   const int n_ranks = layout.communicator().size();
   std::vector<Index> first_nodes;

@@ -5,15 +5,15 @@
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
 // the coarser levels. The coarsest matrix is factorised. If the V-cycle is replaced by inverse
 // diagonal blocks of the aggregates, steps of 4 ms take 1.03 times as long at 14,450 triangles and
-// 1.15 times at 57,800. The levels use single precision, which suffices for a preconditioner, but
-// the coarsest matrix is factorised in double precision.
+// 1.15 times at 57,800. The V-cycle uses single precision, which suffices for a preconditioner.
+// Only the coarsest level is solved in double precision.
 //
 // The first level is distributed unless it is the coarsest: every rank computes the aggregates of
-// its own rows. It gets from other ranks the residual of the aggregates to which its own are
-// coupled (the halo). The level of the blocks and all coarser ones are replicated: their residuals
-// are gathered, and all ranks do the same work. The residual r of the aggregates follows the steps
-// of conjugate gradients, r -= alpha q, where q is the sum of A p over the rows of an aggregate.
-// The halo of q can thus be exchanged while p . A p is summed over the ranks.
+// its own rows. From other ranks, it gets the residual of the aggregates to which its own are
+// coupled (the halo). All other levels are replicated: the residual of the first of them is
+// gathered, and all ranks do the same work. The residual r of the aggregates follows the steps of
+// conjugate gradients, r -= alpha q, where q is the sum of A p over the rows of an aggregate. The
+// halo of q can thus be exchanged while p . A p is summed over the ranks.
 #pragma once
 
 #include <vector>

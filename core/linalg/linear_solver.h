@@ -41,9 +41,9 @@ struct LinearSystem {
 struct LinearReport {
   int iterations = 0;
   // Iterative solvers: sqrt(r . D^-1 r) divided by the larger of its values for the residual for
-  // x = 0 on free rows and for the momentum of `least_change` [1]. r is the residual on free rows,
-  // and D consists of the diagonal blocks. Direct solvers: |r| divided by its value for x = 0 on
-  // free rows [1].
+  // x = 0 on free rows and for the momentum of `least_change` [1]. r is the residual on free rows
+  // (the iterated one if a loose tolerance ended the solve early), and D consists of the diagonal
+  // blocks. Direct solvers: |r| divided by its value for x = 0 on free rows [1].
   double residual = 0.0;
   bool converged = true;
 };
@@ -72,7 +72,7 @@ struct PcgMemory;
 
 // Data that one solve leaves for the next: the matrix in single precision, the preconditioner
 // and, if a loose tolerance ended the solve early, the state of the iteration. The memory belongs
-// to the caller. It is empty at first and after a solve that threw an exception. Its storage is
+// to the caller. It is empty at first and after a solve that threw SolverFailure. Its storage is
 // reused, which does not change results.
 class SolveMemory {
  public:

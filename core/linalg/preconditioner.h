@@ -32,7 +32,8 @@ class Preconditioner {
   // Builds the preconditioner. Throws SolverFailure on all ranks if a diagonal block is not
   // positive definite. Collective.
   void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const Rows& rows);
-  // Copies the inverse diagonal blocks to double precision.
+  // Prepares for double precision: copies the inverse diagonal blocks, and allocates the vectors of
+  // the multigrid correction.
   void widen(const RowLoops& loops, const SlicedEllpack& slices);
 
   Kind kind() const { return kind_; }

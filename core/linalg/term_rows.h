@@ -1,6 +1,6 @@
 // Extra terms of one solve, applied without an assembled matrix. Each term computes its force once.
 // Each row then gathers the forces of its terms in ascending order, so that no two threads write to
-// the same location. Terms are copied to compact arrays that contain only what an iteration reads.
+// the same location. Terms are copied to compact arrays.
 #pragma once
 
 #include <algorithm>

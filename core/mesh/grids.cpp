@@ -1,5 +1,6 @@
-// Flat meshes: grids, strips and discs. Their uv are their x and y coordinates as generated. Moving
-// or rotating a mesh does not change them, so weft and warp rotate with the cloth.
+// Flat meshes: grids, strips, discs and floors. Their uv are their x and y coordinates as
+// generated. Moving or rotating a mesh does not change them, so weft and warp rotate with the
+// cloth.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,7 +1,6 @@
 // Reads and writes triangle meshes. The extension selects the format: .obj (Wavefront) or .ply
 // (Stanford). Other formats are read in Python. No library is used for these two, because seams of
-// panels need several uv at one vertex, and errors should name the line: trimesh 5.2 repeats such
-// vertices, meshio 5.3 cannot read such files, and neither names the line.
+// panels need several uv at one vertex, and errors should give the position in the file.
 #pragma once
 
 #include <array>
@@ -33,12 +32,12 @@ struct MeshColors {
   std::vector<std::array<std::uint8_t, 3>> vertices;  // (n) red, green and blue in sRGB, or none
 };
 
-// Writes a mesh. Reading the file restores the same bits. PLY is binary (little endian) unless
-// `text` is set; OBJ is always text. The file is written under a temporary name and then renamed,
-// so an incomplete file never has the given name. If rest coordinates differ along seams, PLY
-// stores them in the face list texcoord, and reading renumbers the uv indices. Throws InvalidInput
-// for colours that the format cannot contain or that do not match the mesh, and CacheError if the
-// file cannot be written.
+// Writes a mesh. Reading the file restores positions and uv exactly. PLY is binary (little endian)
+// unless `text` is set; OBJ is always text. The file is written under a temporary name and then
+// renamed, so an incomplete file never has the given name. If rest coordinates differ along seams,
+// PLY stores them in the face list texcoord, and reading renumbers the uv indices. Throws
+// InvalidInput for colours that the format cannot contain or that do not match the mesh, and
+// CacheError if the file cannot be written.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
                 const MeshColors& colors = {});
 

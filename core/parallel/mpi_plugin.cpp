@@ -89,8 +89,8 @@ class MpiMailbox final : public Mailbox {
   }
   ~MpiMailbox() override {
     if (finalised()) return;
-    // The last messages of a run are short and may remain unread. MPI buffers short messages, so
-    // sending them completes without a receiver.
+    // The last messages of a run are short and may remain unread. MPI sends short messages eagerly,
+    // so sending them completes without a receiver.
     for (Sent& sent : sent_) wait_for(sent.request);
     MPI_Comm_free(&comm_);
   }

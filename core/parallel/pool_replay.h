@@ -1,7 +1,7 @@
-// Predicts, from recorded costs of tests, how long many ranks take if the tests are divided
-// statically, by expected costs or by task pools. Task pools are replayed by a discrete-event
-// simulation. It includes the latency and bandwidth of messages, the processor time for each
-// message, and the interval at which ranks poll.
+// Predicts, from recorded costs, how long many ranks take if their work is divided statically, by
+// expected costs or by task pools. Task pools are replayed by a discrete-event simulation. It
+// includes the latency and bandwidth of messages, the processor time for each message, and the
+// interval at which ranks poll.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct RecordedTests {
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
   // After some searches, ranks exchange measured costs, by which they divide the first tests of
   // later searches. Averages per search: number of such exchanges, and size of the cost data that
-  // all ranks receive in them [bytes].
+  // each rank receives in them [bytes].
   double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }
@@ -60,7 +60,7 @@ struct OrderedWork {
 // Returns the shortest measured time of one reading of the clock [s].
 double clock_seconds();
 
-// Replays a static division: each rank performs all tests that follow from its first tests.
+// Replays a static division: each rank performs its first tests and all that follow from them.
 ReplayReport replay_static(const RecordedTests& tests, const Network& network);
 // Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,

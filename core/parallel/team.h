@@ -69,8 +69,8 @@ class FirstFailure {
 };
 
 // Calls body(begin, end) on ranges that cover [0, n) and start at multiples of `grain`. With one
-// thread or n <= grain, there is one range. Rethrows the first exception after the loop. Must not
-// be nested.
+// thread or n <= grain, there is one range. Throws the first exception of body(). Must not be
+// nested.
 template <class Body>
 void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   if (team.iterations) *team.iterations += n;

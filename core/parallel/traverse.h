@@ -42,7 +42,7 @@ struct Traversal {
 
 // Calls visit(thread, entry, stack) for all `entries` and for all entries that visit() appends to
 // `stack`. With several threads, the order of the calls and the thread of each call differ from run
-// to run. Rethrows the first exception after the traversal. Must not be nested.
+// to run. Throws the first exception of visit(). Must not be nested.
 template <class Entry, class Visit>
 void parallel_traverse(const Team& team, std::vector<Entry> entries, Visit&& visit) {
   if (team.threads <= 1) {

@@ -1,6 +1,6 @@
 // The environment variables OMP_WAIT_POLICY and GOMP_SPINCOUNT determine how threads wait between
-// two parallel loops. Unless one of them is set, the Python package sets GOMP_SPINCOUNT before it
-// loads this code (loomstone/base/waiting.py).
+// two parallel loops. Unless one of them is set or libgomp is already loaded, the Python package
+// sets GOMP_SPINCOUNT while it loads this code (loomstone/base/waiting.py).
 #pragma once
 
 namespace loomstone {

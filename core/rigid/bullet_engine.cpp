@@ -57,7 +57,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   btContactSolverInfo& info = world.getSolverInfo();
   info.m_numIterations = iterations;
   info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-  info.m_warmstartingFactor = 1.0;  // with Bullet's default, 0.85, stacked cubes sway
+  info.m_warmstartingFactor = 1.0;  // Bullet's default is 0.85
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
   world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test

@@ -11,8 +11,9 @@ namespace loomstone {
 // Replaces Bullet's algorithm, which searches for the penetration depth. If the triangle is much
 // larger than the hull, that search sometimes returns a depth as large as the hull, in an arbitrary
 // direction. With Bullet's algorithm, hulls also get caught at internal edges of a flat surface.
-// This algorithm creates up to four contact points in each of up to four planes per pair. Hulls
-// without a Polyhedron use Bullet's algorithm.
+// This algorithm creates up to four contact points in each plane, and up to four planes per pair of
+// a hull and a mesh, or one if the obstacle is a single triangle. Hulls without a Polyhedron use
+// Bullet's algorithm.
 class HullAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

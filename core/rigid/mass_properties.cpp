@@ -12,7 +12,7 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
         "mesh must be closed to have a mass, got a surface with open edges; close its holes");
   }
   const Points& x = mesh.vertices();
-  // Any reference point gives the same sums. The mean of the vertices keeps the cancelling terms
+  // Any reference point gives the same result. The mean of the vertices keeps the cancelling terms
   // small.
   const Vec3 reference = x.colwise().mean().transpose();
   const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();

@@ -92,7 +92,7 @@ void check_rows(const RigidState& state, Index n);
 // Throws SolverFailure if the state after a step of length `step` [s] is not finite.
 void check_motion(const RigidState& state, double step);
 
-// Throws InvalidInput unless both arrays and `state` have one row for each of n bodies.
+// Throws InvalidInput unless both arrays and `state.positions` have one row for each of n bodies.
 void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state,
                     Index n);
 
@@ -155,7 +155,7 @@ class RigidWorld {
 
   // If `gyroscopic` is true, gyroscopic torques act on the bodies. Otherwise, the caller computes
   // their free rotation. Throws InvalidInput for fields out of range, missing or open meshes,
-  // bodies without volume, and meshes that do not match the shape.
+  // bodies without volume, spheres whose mesh is not round, and flat hulls.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();
@@ -169,15 +169,15 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
   // advances by `step` [s]. `obstacles` are the positions at the end of the step, which determine
-  // the velocities of the obstacles. If `touched` (b) is given, it is set to 1 for bodies that did
-  // not move freely and to 0 for the others.
+  // the velocities of the obstacles. If `touched` (b) is given, it is set to 1 for bodies whose
+  // motion was changed by contacts or gyroscopic torques, and to 0 for the others.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
   // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
-  // Returns an array (b) that is 1 for bodies with a contact point closer than Bullet's contact
-  // breaking threshold, about 2 % of half the diagonal of the smaller body's bounding box.
+  // Returns an array (b) that is 1 for bodies with a contact point whose gap is at most Bullet's
+  // contact breaking threshold, about 2 % of half the diagonal of the smaller bounding box.
   std::vector<std::uint8_t> touching() const;
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.

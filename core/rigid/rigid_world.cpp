@@ -128,9 +128,9 @@ void RigidWorld::Data::read(RigidState& state) const {
   }
 }
 
-// Returns the sum of impulse times velocity over the contact points between bodies and obstacles.
-// Obstacles still have their poses at the start of the step and the velocities that lead to their
-// poses at its end.
+// Returns the sum of the work at all contact points between bodies and obstacles: the impulse on
+// the body times the velocity of the obstacle. Obstacles still have their poses at the start of the
+// step and the velocities that lead to their poses at its end.
 double RigidWorld::Data::work_of_obstacles() const {
   double work = 0.0;
   for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {

@@ -113,8 +113,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
   }
 
   // A vertex moves by -delta, where n . delta = margin for the normal n of each face at the vertex.
-  // The solution is exact if three planes meet at the vertex, and otherwise an area-weighted
-  // least-squares fit.
+  // The solution is exact if at most three planes meet at the vertex, and otherwise an
+  // area-weighted least-squares fit.
   ConvexCore core;
   core.margin = margin_share * inner_radius;
   for (std::size_t i = 0; i < vertices.size(); ++i) {

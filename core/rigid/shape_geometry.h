@@ -20,7 +20,7 @@ Mat3 principal_axes(const Mat3& inertia);
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
 // Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless
-// the mesh is a sphere within 1 %.
+// all vertices lie on a sphere within 1 % and the mesh fills at least half of it.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where);
 
@@ -39,8 +39,8 @@ struct FacetFrame {
 };
 FacetFrame facet_frame(const Mat3& corners);
 
-// A convex polyhedron that is shrunk by `margin`. The points within this distance of it form the
-// original polyhedron with rounded edges.
+// A convex polyhedron that is shrunk by about `margin`. The points within this distance of it
+// nearly form the original polyhedron, with rounded edges.
 struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
@@ -51,15 +51,14 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
 
-// Contacts of hulls with at most this number of vertices are found by the separating-axis test and
-// face clipping, both with other hulls and with triangles of obstacles. With this method, stacks of
-// five cubes come to rest. Its cost grows with the product of the face counts. Other hulls use
-// Bullet's method, which accumulates contact points over several steps. They have more vertices and
-// are round enough for it.
+// Contacts of hulls with at most this number of vertices, with each other and with triangles of
+// obstacles, are found by the separating-axis test and face clipping. The cost of this test grows
+// with the product of the face counts. Other hulls count as round and use Bullet's method, which
+// accumulates contact points over several steps.
 constexpr int most_polyhedron_vertices = 32;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
-// shapes. Round hulls need a margin that is large enough to avoid Bullet's slower and less accurate
-// penetration search.
+// shapes. Round hulls need a margin so large that their shrunken cores seldom overlap, because
+// Bullet then runs a slow penetration search.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
 // Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.

@@ -92,12 +92,12 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
     contacts.push_back(*ahead);
 }
 
-// Cache of the triangles near a sphere. The search is repeated only when the sphere has left the
-// searched region.
+// Cache of the triangles near a sphere. The search is repeated only when the requested region
+// reaches beyond the searched one.
 class NearTriangles : btTriangleCallback {
  public:
   // Returns all triangles within `reach` of a point in the axes of the mesh, and possibly more. A
-  // search covers an additional distance `room`, so that later calls for near points need none.
+  // search covers an additional distance `room`, so later calls for nearby points need no search.
   const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room,
                                                  const btBvhTriangleMeshShape& mesh) {
     if ((point - centre_).length() + reach > reach_) {

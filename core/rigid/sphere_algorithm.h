@@ -6,7 +6,8 @@
 namespace loomstone {
 
 // Replaces Bullet's algorithms, which create contacts between spheres only after they overlap,
-// create several contacts per pair, and let spheres get caught at internal edges of a flat surface.
+// create several contacts for one pair of spheres, and let spheres get caught at internal edges of
+// a flat surface.
 // Unless the bodies bounce, this algorithm also creates the contacts that the sphere will reach on
 // its path in this step. The sphere then moves until it touches, without overlapping first. A
 // sphere that is struck during the step leaves this path and may overlap for one step.

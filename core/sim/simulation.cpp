@@ -107,7 +107,7 @@ struct Simulation::Data {
     if (written == UserWrites::Positions) state.tangled = 1;
   }
   // Collective. Measures the energies and strains of the report if there are several ranks, because
-  // the user may later request it on one rank alone. A single rank measures on request.
+  // the user may later request the report on one rank alone. A single rank measures on request.
   void measure_together() {
     if (communicator->size() == 1) return;
     const std::int64_t counted = iterations;  // only iterations of steps are counted

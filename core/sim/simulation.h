@@ -1,6 +1,6 @@
 // Simulation of one scene. Contains the Model, the State and the Stepper, and provides the
-// functions that Python and the tests call. Arrays are in the user's vertex order, with all cloths
-// concatenated.
+// functions that Python and the tests call. Arrays of cloth are in the user's vertex order, except
+// in state(), and concatenate all cloths.
 #pragma once
 
 #include <array>
@@ -65,17 +65,17 @@ class Simulation {
   // Returns the frame at a time within the last step [s]. Positions are interpolated.
   Frame frame_at(double time) const;
 
-  const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
+  const std::vector<Index>& vertex_order() const;  // internal row of each vertex
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
   // positions or velocities restarts multistep schemes. Every step first checks the tables that
-  // users may write. Every rank has all rows, which every step updates, except that it updates
-  // cloth.previous_bending only in the rank's own rows. A rank should write only the rows that it
+  // users may write. Every rank has all rows. A step updates all of them, but those of
+  // cloth.previous_bending only if the rank owns them. A rank should write only the rows that it
   // owns. `pin_override`, poses of obstacles, and forces and torques on bodies are taken from rank
   // 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
-  void gather();  // Collective. Sends the rows written by each rank to all other ranks.
+  void gather();  // Collective. Sends the rows that each rank owns to all other ranks.
   std::int64_t loop_iterations() const;  // iterations of parallel loops on this rank
 
   Points positions() const;  // (n x 3) [m], a copy

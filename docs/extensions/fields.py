@@ -1,8 +1,8 @@
 """Tables from the declarations in the sources: the directives `fields` and `columns`.
 
 `fields` lists the parameters of a description; its argument is the name of a class of loomstone,
-such as ClothMaterial. `columns` lists the numbers of a StepReport. The descriptions come from
-fields() of the C++ structs. The bindings copy them to the docstrings of the properties.
+such as ClothMaterial. `columns` lists the numbers of a StepReport. The texts come from fields() of
+the C++ structs. The bindings copy them to the docstrings of the properties.
 """
 
 from __future__ import annotations

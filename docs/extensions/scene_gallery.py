@@ -1,7 +1,7 @@
 """The directive `scene-gallery`: every scene file with its picture, computing time and source.
 
 tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that is
-not in this file appears without picture and time.
+not in this file appears without picture, size and time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ TABLE = ROOT / "docs/gallery.json"
 
 
 def measured(numbers: dict[str, float]) -> str:
-    """Returns the size of a scene, its computing time and the time of its picture, as text."""
+    """Returns size, duration, computing time and time of the picture of a scene as text."""
     surfaces = [
         f"{numbers[key]:,} {key if key == 'triangles' else 'bodies and obstacles'}"
         for key in ("triangles", "bodies")

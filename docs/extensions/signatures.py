@@ -1,7 +1,7 @@
 """Takes the signatures of the compiled module from its stub, _core.pyi, for autodoc.
 
-Types are shortened to what a caller may pass. Classes get an attribute __signature__, because
-autodoc emits the event autodoc-process-signature only for objects that already have a signature.
+Types are shown in a short form. Classes get an attribute __signature__, because autodoc emits the
+event autodoc-process-signature only for objects that already have a signature.
 """
 
 from __future__ import annotations
@@ -61,7 +61,10 @@ class Shown:
 
 
 def shortened(node: ast.expr | None) -> Any:
-    """Returns a type as a string without module names; for Any and object, an empty annotation."""
+    """Returns a type as a string without module names.
+
+    The result is an empty annotation for Any and object, and if there is no type.
+    """
     text = ast.unparse(WithoutAnnotated().visit(node)) if node else "typing.Any"
     for long, short in NUMBERS.items():
         text = text.replace(long, short)

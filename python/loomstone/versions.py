@@ -1,4 +1,4 @@
-"""Versions of loomstone and of the packages that it uses."""
+"""Versions of loomstone, Python and selected packages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["show_versions"]
 
 
 def show_versions() -> None:
-    """Prints the versions of loomstone, Python and the packages that loomstone uses.
+    """Prints the versions of loomstone, Python and selected packages.
 
     Also prints the platform, the number of processors, whether the MPI plug-in is present, and how
     threads wait.

@@ -2,14 +2,14 @@
 
     python tests/benchmarks/culling.py --intervals 2.5e-3 1e-3
 
-The scene `ribbon` runs once for each interval. At each sample, the rows show the number of pairs of
+The scene `ribbon` runs once for each interval. Each sample has a row with the number of pairs of
 features whose 18-DOPs overlap over the next interval (overlap), those that come within reach of
 each other (reach), those that are registered for events (registered), and the part of the first
 that is not registered (culled). The 18-DOPs enclose the motion that the search assumes: 1.5 times
 the velocity, with the allowance for velocities that change. "constant" counts the pairs whose
-18-DOPs overlap at constant velocity, without the allowance. The last row has the sums. The exit
-status is 1 if less than half of the overlapping pairs are culled in total, which is what
-[Thomaszewski2010], figure 4.5, reports for its ribbon.
+18-DOPs overlap at constant velocity, without the allowance. The last row of an interval has the
+sums. The exit status is 1 if these show for any interval that less than half of the overlapping
+pairs are culled. [Thomaszewski2010], figure 4.5, reports more than half for its ribbon.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def edges_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def overlapping(sim: ls.Simulation, step: float, factor: float, margin: float) -> int:
-    """Counts the pairs with a vertex of cloth whose 18-DOPs overlap over the next step."""
+    """Counts the pairs that involve cloth and whose 18-DOPs overlap over the next step."""
     frame, topology = sim.frame(), sim.topology
     x = np.vstack([frame.positions, frame.body_vertices])
     n_cloth = len(frame.positions)

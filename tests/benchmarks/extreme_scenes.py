@@ -25,7 +25,7 @@ def top(mesh: ls.TriangleMesh) -> np.ndarray:
 
 
 def curtains(cells: int, hung: bool) -> ls.Scene:
-    """Two curtains. At 0.1 s, the pins of the first jump by 0.3 m and pass through the second.
+    """Two curtains. At 0.1 s, the pins of the first jump by 0.3 m, past the plane of the second.
 
     If `hung` is true, the second is pinned along its upper edge. Otherwise it is free, and gravity
     is zero.

@@ -180,7 +180,9 @@ def originals(whole: Whole) -> dict[str, bytes]:
 
 
 def damaged(content: bytes, seed: int) -> bytes:
-    """Truncates the content, flips bits, overwrites a part, or returns noise after a header."""
+    """Truncates the content, flips bits and may overwrite a part, or returns noise that may follow
+    a header.
+    """
     chance = random.Random(seed)
     if seed % 10 == 0:
         return content[: chance.randrange(len(content))]
@@ -198,7 +200,9 @@ def damaged(content: bytes, seed: int) -> bytes:
 
 
 def read_damaged(place: Path, reader: str, seed: int) -> str:
-    """Reads a damaged copy of a file in `place`. An error must be an ls.Error of one line."""
+    """Reads a damaged copy of a file in `place`. Returns "read" or "refused". Any error must be an
+    ls.Error of one line.
+    """
     content = damaged((place / reader).read_bytes(), seed)
     path = place / f"damaged-{reader}"
     path.mkdir(exist_ok=True)

@@ -11,8 +11,9 @@ run on one thread.
 - rigid: remaining time of a step, mostly contacts
 - frames/s: frames of 40 ms
 - gain: time of the sum over all pairs of leaves (smallest cells) divided by that of the sum over
-  fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]); for
-  magnets at their initial positions, if there are at least two; soft spheres are not timed
+  fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]); timed
+  if there are at least two magnets, with bodies at their initial positions but not rotated, and
+  obstacles without their scripted poses; soft spheres are not timed
 
 Times are processor times in milliseconds. The time of an evaluation is the minimum of repeats,
 averaged over ten instants of the run. The time of a step is the mean over the run.

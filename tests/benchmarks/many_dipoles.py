@@ -7,8 +7,7 @@
 Computes field and force on every dipole of a lattice. Positions are jittered by up to half the
 lattice spacing, and moments are random. Prints the processor time (the minimum of the repeats) and
 the root-mean-square error of the force on 200 dipoles, relative to the root mean square of the
-force.
-Omits the fmm3dpy column if fmm3dpy is not installed.
+force. The columns of fmm3dpy are left out if it is not installed.
 """
 
 import argparse

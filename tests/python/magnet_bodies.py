@@ -20,7 +20,9 @@ def to_axis(axis: np.ndarray) -> Rotation:
 
 
 def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
-    """Returns a ball mesh and its density, with the mass m and inertia 2/5 m r^2 of a sphere."""
+    """Returns a mesh of a ball and its density [kg/m^3]. They give the body `mass` [kg] and the
+    inertia 2/5 mass radius^2 of a sphere.
+    """
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     made = ls.meshes.mass_properties(mesh, 1.0)
     scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])

@@ -67,7 +67,7 @@ TEST_CASE("ranks that store a part of the elements compute the same bits as one 
   all.push_back(test::step_of(4e-3));
   all.back().implicit()->bending = BendingInStep::Explicit;
   for (const IntegratorOptions& options : all) {
-    const int steps = options.implicit() ? 4 : 300;  // until the sheets touch
+    const int steps = options.implicit() ? 4 : 300;  // until there are contacts
     const Ran one = run(scene, options, 1, steps);
     REQUIRE(one.report.contacts.near > 0);
     for (const int n : {2, 3, 7}) {

@@ -1,6 +1,6 @@
 // Bending of a subset of the triangles of a mesh. Integrators that give triangles steps of
 // different lengths evaluate each subset separately, with a vertex numbering of its own. A rank
-// stores the subset that acts on its rows.
+// stores the subset for its part of the mesh (mesh_part.h).
 #pragma once
 
 #include <vector>

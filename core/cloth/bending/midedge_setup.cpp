@@ -188,7 +188,7 @@ Builder::Slope Builder::slope(Index e) const {
   Slope result{near, std::vector<double>(near.size(), 0.0)};
   for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
   // Weights of magnitude above 1, for example at slivers, would raise the highest frequency of
-  // bending. Such edges use the mean slope instead.
+  // bending. An edge with such a weight uses the mean slope instead.
   result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
                                  [](double w) { return std::abs(w) <= 1.0; });
   if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);

@@ -2,10 +2,10 @@
 // follows from the slopes at its edge midpoints. The slope at an interior edge is a fixed
 // combination of the hinge angles of the two triangles at the edge. Except next to slivers and
 // prescribed triangles, its weights are those of least norm that reproduce every constant curvature
-// that has no moments across boundary edges. The curvature of each triangle is therefore a fixed
-// linear function of at most nine hinge angles. Vertex positions remain the only unknowns, and
-// results hardly depend on the directions of the mesh edges. The element itself is not taken from
-// the literature.
+// without moments across boundary edges. The curvature of each triangle is therefore a fixed linear
+// function of at most nine hinge angles. Vertex positions remain the only unknowns, and results
+// hardly depend on the directions of the mesh edges. The element itself is not taken from the
+// literature.
 #pragma once
 
 #include <array>

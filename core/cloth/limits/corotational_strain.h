@@ -1,6 +1,6 @@
-// Co-rotational strain U - I, to which strain limits refer. U comes from the polar decomposition
-// F = R U of the deformation gradient. The dimensionless components in weft/warp axes are (weft,
-// warp, shear e12).
+// Co-rotational strain U - I, to which limits of weft, warp and shear refer. U comes from the polar
+// decomposition F = R U of the deformation gradient. The dimensionless components in weft/warp axes
+// are (weft, warp, shear e12).
 #pragma once
 
 #include <vector>

@@ -16,8 +16,8 @@ class EdgeLimiter {
  public:
   explicit EdgeLimiter(const LimitedCloth& cloth);
 
-  // Corrects x by coloured Gauss-Seidel sweeps. Vertices listed in `held` do not move. The report
-  // contains the numbers of sweeps and of edge evaluations, but no excess.
+  // Corrects x by coloured Gauss-Seidel sweeps. Prescribed vertices and those listed in `held` do
+  // not move. The report contains the numbers of sweeps and of edge evaluations, but no excess.
   LimitReport enforce(const Team& team, const LimitOptions& options, const std::vector<Index>& held,
                       Points& x) const;
 

@@ -48,8 +48,8 @@ void LimitCheck::check(const Team& team, const limit::Tables& tables, const limi
                   });
 }
 
-// Ranks first gather the numbers of batches with an excess. Usually all these numbers are zero, and
-// nothing else is sent.
+// Ranks first gather the numbers of batches with an excess. If all these numbers are zero, nothing
+// else is sent.
 void LimitCheck::share(Index first, Index last) {
   const int size = ranks_->size(), rank = ranks_->rank();
   std::vector<std::int64_t> counts(size, 0);

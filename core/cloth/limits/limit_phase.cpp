@@ -17,9 +17,9 @@ constexpr Index batches_per_range = 32;
 
 // The second phase begins at the distance limit_margin() inside the limit. The third phase begins
 // at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
-// beyond the limit as the third phase begins inside it. `stiffening` is the modulus that the second
-// phase adds, divided by that of the membrane. `steeper` and `steepest` are the moduli that the
-// third and the fourth phase add, divided by the one that the second phase adds.
+// beyond the limit as the third phase begins inside it. `stiffening` is the modulus added in the
+// second phase, divided by that of the membrane. `steeper` and `steepest` are the total moduli
+// added in the third and in the fourth phase, divided by the one added in the second phase.
 //
 // Under light loads, triangles reach only the second phase. The third phase limits strain under
 // heavy loads, for example at prescribed vertices, and the fourth under bodies much heavier than
@@ -104,7 +104,7 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
   }
 }
 
-// Sets the bounds of one lane. They are infinite for directions without a limit.
+// Sets the bounds of one lane. They are infinite where a mode has no limit.
 void set_bounds(const StrainLimit& limit, double* lane) {
   constexpr double free = std::numeric_limits<double>::infinity();
   const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()},

@@ -42,7 +42,7 @@ StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& opti
       elements_(cloth, options.method == LimitMethod::GaussSeidelRandom),
       check_(elements_, ranks) {
   // The tolerance of the sweeps is at most half the excess that is tolerated when contacts and
-  // limits compete.
+  // limits compete. Limits of edges do not lower it.
   for (const StrainLimit& limit : cloth.limits)
     for (const double bound :
          {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})

@@ -3,7 +3,7 @@
 // comparison. Every method conserves the linear and angular momentum of free cloth and leaves
 // prescribed vertices bitwise unchanged. The result is bitwise identical on any number of threads
 // and ranks. The check of all elements is divided among ranks. Every rank computes all sweeps,
-// because sweeping the few violating elements takes less time than one message per colour.
+// because a divided sweep would need one message per colour.
 #pragma once
 
 #include <algorithm>

@@ -8,8 +8,8 @@ struct StiffnessScales {
   double elastic = 1.0, viscous = 0.0;
 };
 
-// Positive: the geometric stiffness uses the positive part of the stress, which makes K positive
-// semi-definite.
+// Positive: K is positive semi-definite, because the geometric stiffness of the membrane uses the
+// positive part of the stress and that of bending is omitted.
 enum class JacobianKind { Exact, Positive };
 
 // The motion in the last step. The second-order strain of this motion, up to a bound, is excluded

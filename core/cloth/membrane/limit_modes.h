@@ -1,5 +1,4 @@
-// Strain modes of a triangle whose limits are part of the membrane energy: stiff phases of the
-// membrane add energy beyond each limit.
+// Limited strain modes of a triangle. Beyond each limit, stiff phases of the membrane add energy.
 #pragma once
 
 #include <algorithm>

@@ -76,8 +76,8 @@ class Membrane {
     return {corners_.data(), gradients_.data(), constants_.data(),
             phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
-  // Sets the tables of the stress that stiff phases add (see membrane::Tables). It acts in energy,
-  // forces and Jacobian. Null means that nothing is added. The tables are not copied.
+  // Sets the tables of the stress that stiff phases add (see membrane::Tables). This stress acts in
+  // energy, forces and Jacobian. Null: no stress is added. The tables are not copied.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }

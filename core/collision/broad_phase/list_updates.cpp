@@ -139,8 +139,7 @@ bool NeighbourLists::retries_within(int updates) const {
 }
 
 // Returns whether lists are widened and too many of them were made again in `upkeep_updates`
-// updates. Always returns false if a test rotates the owners. Lists that are not widened save time
-// even if they last for few updates.
+// updates. Always returns false if a test rotates the owners.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);

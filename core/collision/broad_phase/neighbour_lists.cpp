@@ -21,8 +21,7 @@ constexpr double most_slack_of_edge = 0.6;             // multiple of the mean e
 constexpr double steps_ahead = 3.0;
 // The margin of a surface pair is 0.4 times the mean edge length of its first surface. A surface
 // uses the smallest margin of its pairs, within these bounds [multiples of the inflation of boxes,
-// which is at least half the thickness]. It is this large because automatic steps are long, so that
-// accelerations move vertices far from their expected motion.
+// which is at least half the thickness].
 constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
 
 // Returns a lower bound on the distance between two boxes [m].

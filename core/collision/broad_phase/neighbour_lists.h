@@ -2,8 +2,8 @@
 // neighbouring clusters has a list. The set of cluster pairs stays valid while vertices remain
 // within a margin around their expected motion. A list stays valid while distances have changed by
 // at most its slack. The relative displacement of the two clusters bounds this change, so clusters
-// that move together keep their list. Lists always contain all near pairs. Their lifetime does not
-// affect results. Each list exists on one rank only.
+// that move together keep their list. A valid list contains all near pairs, so the lifetime of
+// lists does not affect results. Each list exists on one rank only.
 #pragma once
 
 #include <algorithm>
@@ -129,10 +129,10 @@ class NeighbourLists {
   void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // update() and cover() in parts, so that ranks test pairs before they know that the lists are
-  // complete, and send results and passes in one gather. All ranks first call begin_update(), which
-  // rarely communicates. Each rank then calls pass_at_x(), and tests the pairs in its lists unless
-  // Pass::unexpected is set. Finally, it gives the passes of all ranks to end_update(). If this
-  // returns false, it has added missing lists, and the ranks repeat the passes and the tests.
+  // complete, and send results and passes in one gather. All ranks first call begin_update(). Each
+  // rank then calls pass_at_x(), and tests the pairs in its lists unless Pass::unexpected is set.
+  // Finally, it gives the passes of all ranks to end_update(). If this returns false, it has added
+  // missing lists, and the ranks repeat the passes and the tests.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
@@ -141,7 +141,7 @@ class NeighbourLists {
   bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
   GatherRoom& contact_room() { return contact_room_; }
 
-  // Makes the lists of this rank again that have too little slack left. Must follow update(),
+  // Makes the lists of this rank that are new or have too little slack left. Must follow update(),
   // cover(), pass_at_x() or pass_to().
   void make_ended(const Team& team);
 
@@ -297,7 +297,7 @@ class NeighbourLists {
   std::vector<std::vector<ClusterMotion>> motions_;
   std::vector<std::vector<std::uint8_t>> marked_;  // (surfaces x clusters) scratch
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
-  std::vector<std::uint8_t> ended_;                // (lists) 1: must be made again
+  std::vector<std::uint8_t> ended_;                // (lists) 1: must be made
   // (surface pairs) 0: listed; otherwise number of updates until lists are tried again.
   std::vector<int> unlisted_;
   std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank

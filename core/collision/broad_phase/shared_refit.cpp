@@ -6,7 +6,7 @@
 namespace loomstone {
 
 // Ranks divide the boxes of a surface among themselves if it has at least this number of clusters.
-// For fewer clusters, computing the boxes takes less time than sending them. Our choice.
+// Our choice.
 constexpr Index worth_sharing = 128;
 
 SharedRefit::SharedRefit(const CollisionModel& model, BroadPhase& broad_phase,

@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// The trees are expanded on one thread until there are this many branches, which a loop then
-// divides among the threads. BroadPhase uses the same number.
+// The trees are expanded on one thread until there are at least this many branches, or only leaves.
+// A loop then divides them among the threads.
 constexpr std::size_t enough_branches = 256;
 
 }  // namespace

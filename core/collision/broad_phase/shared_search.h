@@ -44,7 +44,7 @@ class SharedSearch {
   // in gather().
   void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
 
-  // Collective. Returns the records that the threads of all ranks have made since each_pair().
+  // Collective. Returns the records that the threads of all ranks made in the last each_pair().
   template <class Record>
   std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
     struct Nothing {};
@@ -64,9 +64,8 @@ class SharedSearch {
     return all;
   }
 
-  // Returns the number of records that the largest result so far could contain. A thread that
-  // reserves memory for this number rarely needs to move its records during a search. The operating
-  // system provides reserved memory only when it is used.
+  // Returns the number of records that fit into the memory of the largest result so far. Threads
+  // can reserve memory for this number before a search.
   template <class Record>
   std::size_t most_records() const {
     return most_bytes_ / sizeof(Record);

@@ -10,7 +10,8 @@ namespace {
 
 // Target gap after clean-up, as a fraction of the thickness. Our choice. For contacts of cloth with
 // bodies and obstacles, each further round multiplies the target by `next_target`, down to twice
-// the gap floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay constant.
+// the gap floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay constant. A
+// target is at most the distance at the start or twice the gap floor, whichever is larger.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
 constexpr double tolerance = 1e-3;  // largest gap change in the last sweep / first target gap

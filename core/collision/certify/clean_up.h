@@ -1,6 +1,5 @@
-// Clean-up: resolves the impacts of a step by impulses (method.md, Clean-up). It rarely acts in
-// ordinary steps but is essential in fast ones. Certification then withholds motion for the impacts
-// that remain.
+// Clean-up: resolves the impacts of a step by impulses (method.md, Clean-up). Certification then
+// withholds motion for the impacts that remain.
 #pragma once
 
 #include <vector>

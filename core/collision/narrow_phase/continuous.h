@@ -2,7 +2,7 @@
 // move on straight lines during a step. The method is conservative advancement with separating
 // planes. A plane with normal n separates features a and b as long as n . (a_i(t) - b_j(t)) > floor
 // for all points a_i of a and b_j of b. The left-hand side is linear in t, so the time at which
-// separation ends is known exactly. The method advances to this time and chooses a new normal
+// separation ends has a closed form. The method advances to this time and chooses a new normal
 // there, as in additive continuous collision detection [Li2021]. A motion without a proof of
 // separation counts as a hit. The proof allows for rounding, so no collision is missed.
 #pragma once
@@ -32,8 +32,8 @@ struct Impact {
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 
-// Like continuous_vertex_face() and continuous_edge_edge(), but with gap_floor() as the floor. This
-// keeps gaps from shrinking to nothing over many steps.
+// Like continuous_vertex_face() and continuous_edge_edge(). The floor is gap_floor() of the start
+// distance and `largest_gap_floor` [m].
 Impact continuous_vertex_face_above_gap(const MovingPoints& points, double largest_gap_floor);
 Impact continuous_edge_edge_above_gap(const MovingPoints& points, double largest_gap_floor);
 

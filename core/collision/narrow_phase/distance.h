@@ -1,6 +1,6 @@
 // Closest points of a vertex and a triangle, and of two segments, including all degenerate cases.
-// Weights are positive for feature a (vertex, first edge) and negative for feature b (face, second
-// edge). The magnitudes of the weights of each feature sum to 1.
+// Weights are >= 0 for feature a (vertex, first edge) and <= 0 for feature b (face, second edge).
+// The magnitudes of the weights of each feature sum to 1.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@ struct ClosestPair {
   std::array<double, 4> weights;  // weights of the four points, in the given order
   Vec3 difference;                // from the closest point of b to the closest point of a [m]
   double distance;                // [m]
-  bool interior;                  // the closest points lie inside the face, or inside both edges
+  // The closest points lie inside the face, or inside both edges. Always false for a sliver face.
+  bool interior;
 };
 
 // The vertex and then the corners of the face, or the ends of edge a and then those of edge b.

@@ -56,8 +56,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
       side[1][lane] = 0.5 * ((p.start[i][l] * p.end[j][m] - p.start[i][m] * p.end[j][l]) +
                              (p.end[i][l] * p.start[j][m] - p.end[i][m] * p.start[j][l]));
       side[2][lane] = p.end[i][l] * p.end[j][m] - p.end[i][m] * p.end[j][l];
-      // Rounding of corners, products and sums contributes 8 epsilon, and evaluation over
-      // subintervals of the step contributes 6 epsilon.
+      // Rounding of corners, products and sums contributes at most 8 epsilon, and evaluation over
+      // subintervals of the step at most 6 epsilon.
       error[lane] = 16.0 * epsilon * size[i] * size[j];
     }
   }
@@ -77,8 +77,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
   curves.volume[1] = (s[0][1] + 2.0 * s[1][0]) / 3.0;
   curves.volume[2] = (2.0 * s[1][1] + s[2][0]) / 3.0;
   curves.volume[3] = s[2][1];
-  // Rounding of the coefficients contributes 48 epsilon, and evaluation over subintervals
-  // contributes 24 epsilon.
+  // Rounding of the coefficients contributes at most 48 epsilon, and evaluation over subintervals
+  // at most 24 epsilon.
   curves.volume_error = 80.0 * epsilon * size[0] * size[1] * size[2];
   const double least = *std::min_element(size, size + n_corners),
                most = *std::max_element(size, size + n_corners);
@@ -129,8 +129,7 @@ LOOMSTONE_INLINE Sides sides_over(const Curves<Lanes>& curves, double low, doubl
 template <class Lanes, int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
   // Lengths of pieces are multiples of the shortest length, 2^-40 of the interval. If a piece of
-  // this length is undecided, it stays open: cases that need shorter pieces are mostly degenerate,
-  // and their bisection would not end.
+  // this length is undecided, it stays open.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves<Lanes> curves;
@@ -179,8 +178,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
       return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
     width = begin & (~begin + 1);  // the widest aligned piece that starts at `begin`
   }
-  // The features are apart until the first undecided piece, or until `low` if no piece is
-  // undecided.
+  // The features are apart until the first open piece, or until `low` if no piece is open.
   return {Proof::Open, std::min(low, first_open)};
 }
 

@@ -137,8 +137,8 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     halve(b, lower, upper);
     return upper.front().sign();
   }
-  // A few bisections determine most signs. They never determine the sign at a common root of both
-  // polynomials. This case is therefore tested after `bisections_before_test` bisections.
+  // A few bisections determine most signs. At a common root of both polynomials, bisection may
+  // never end. This case is therefore tested after `bisections_before_test` bisections.
   constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int bisections = 0; variations(b) != 0; ++bisections) {

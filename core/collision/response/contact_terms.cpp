@@ -30,8 +30,8 @@ Vec3 weighted(const Contact& contact, const Points& field) {
 }
 
 // Largest slope of a normal force, in units of the effective mass of the contact divided by the
-// square of the step. Our choice. A steeper contact is rigid for the solve, and its matrix is no
-// longer positive definite in single precision.
+// square of the step. Our choice. With a steeper contact, the matrix could lose positive
+// definiteness in single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended

@@ -54,8 +54,7 @@ Vec3 rounded_normal(const SmoothNormals& normals, const std::array<Index, 4>& v,
 
 // Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer (or
 // as near, with a smaller id) and contains the edge or corner on which the closest point of
-// `contact` lies. On an edge or corner, the normal of `contact` would rotate faster than a step can
-// follow.
+// `contact` lies.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))

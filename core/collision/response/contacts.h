@@ -38,26 +38,26 @@ ContactSet find_contacts(const Team& team, const ContactSearch& search, const Po
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          SharedSearch& shared);
 // Returns the contacts of all ranks. Not collective: the calling rank searches all surface pairs
-// without lists. `broad_phase` must search the tasks of all ranks.
+// and uses no lists. `broad_phase` must search the tasks of all ranks.
 ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, const Points& x,
                                BroadPhase& broad_phase);
 
-// Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting and keep forces
-// continuous in x. A vertex above the common edge of two faces has a contact with each face. These
-// contacts divide the force according to the similarity of their normals and forces. Shares of edge
-// contacts fade to 0 where the closest point approaches an end or the edges become parallel,
-// because vertex contacts take over there. Shares are constant within a step. Energies and
-// derivatives are those of the force law, scaled by the shares.
+// Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting. A vertex above
+// the common edge of two faces has a contact with each face. These contacts divide the force
+// according to the similarity of their normals and forces. Shares of edge contacts fade to 0 where
+// the closest point approaches an end or the edges become parallel, because vertex contacts take
+// over there. Shares are constant within a step. Energies and derivatives are those of the force
+// law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
 // Returns the stiffness of each contact in the normal direction [N/m]. Let k be the stiffness of
 // the model, xi the thickness, and F the larger of the two forces that press one feature towards
 // the other. At half the thickness, the force law gives 3/8 k xi. If F is at most this force, the
-// stiffness is k. If F is larger, the stiffness is 16/3 F / xi - k, but at most 1e4 k. With the
-// stiffness k, taut cloth would pass through its contacts and catch on them. `forces` (rows x 3)
-// [N] act on the cloth. A feature that is not free cloth counts as not pressed. If `forces` has 0
-// rows, the stiffness is k everywhere.
+// stiffness is k. If F is larger, the stiffness is 16/3 F / xi - k, but at most 1e4 k. Below this
+// bound, the force law thus gives at least F at half the thickness. `forces` (rows x 3) [N] act on
+// the cloth. A feature that is not free cloth counts as not pressed. If `forces` has 0 rows, the
+// stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);

@@ -44,7 +44,7 @@ struct ContactTotals {
   std::vector<std::array<Index, 2>> surfaces;
 };
 
-// Returns the totals of contacts, which must be sorted.
+// Returns the totals of contacts.
 ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts);
 // Returns the totals of the contacts of all ranks. `parts` contains those of each rank; no contact
 // may belong to two of them.
@@ -58,7 +58,7 @@ class ContactSelection {
  public:
   ContactSelection(const CollisionModel& model, IndexRange rows);
 
-  // Returns the kept contacts in order. The contacts of each rank must be sorted.
+  // Returns the kept contacts. They are in order if the contacts of each rank are sorted.
   std::vector<FoundContact> kept(const CollisionModel& model, const Gathered<FoundContact>& found);
   // Returns the totals of all contacts.
   ContactTotals totals(const CollisionModel& model, const std::vector<SurfacePair>& pairs,

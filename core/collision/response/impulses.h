@@ -46,7 +46,7 @@ struct ImpulseContact {
   double body_weight = 0.0;          // sum of the weights of body vertices
   Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]
   double normal_inverse_mass = 0.0;  // change of the gap per change of `pressed` [1/kg]
-  // Maps a tangential displacement to the change of `dragged` that cancels it [kg].
+  // Maps a tangential displacement to the change of `dragged` that causes it [kg].
   Mat3 tangential_mass = Mat3::Zero();
 };
 
@@ -66,8 +66,8 @@ class Impulses {
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
-  // of bodies. Stops after a sweep in which no impulse changes its gap by more than `tolerance`
-  // times the `scale` of the contact, or after `most_sweeps` sweeps.
+  // of bodies. Stops after `most_sweeps` sweeps, or after a sweep in which every change of an
+  // impulse, times `normal_inverse_mass`, is less than `tolerance` times `scale` of its contact.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

@@ -8,9 +8,9 @@ namespace loomstone {
 namespace {
 
 // The part that has passed through moves back at the speed sqrt(2 deceleration depth), where depth
-// is Retraction::depth. From this speed, `deceleration` would stop it within the distance depth. It
-// reaches this speed with an acceleration of at most `largest_acceleration`. Both constants are in
-// m/s^2. Our choice: half of a sheet of 0.2 m comes back within 0.3 s.
+// is Retraction::depth. From this speed, `deceleration` would stop the part within the distance
+// depth. The part reaches this speed with an acceleration of at most `largest_acceleration`. Both
+// constants are in m/s^2. Our choice: half of a sheet of 0.2 m comes back within 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // Motion of a surface as if it were rigid.

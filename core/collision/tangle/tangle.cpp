@@ -43,9 +43,9 @@ bool attached(const CollisionModel& model, const Piercing& p) {
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
 
 // Returns whether the edge passes through the triangle. The test is exact, and ties are broken
-// consistently: if two triangles lie on different sides of a common side, as seen along an edge
-// through this side, the edge pierces only one of them. An end point in the plane of the triangle
-// counts as above the plane.
+// consistently: an edge through the common side of two triangles pierces only one of them, unless
+// the triangles overlap as seen along the edge. An end point in the plane of the triangle counts as
+// above the plane.
 bool pierces(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]);
   const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};

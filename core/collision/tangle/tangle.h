@@ -19,8 +19,8 @@ namespace loomstone {
 struct Piercing {
   Index edge, triangle;
   std::array<Index, 5> vertices;  // ends of the edge, then corners of the triangle
-  // Barycentric weights of the common point: those of the edge sum to 1, and those of the triangle
-  // are negative and sum to -1.
+  // Barycentric weights of the common point: those of the edge are >= 0 and sum to 1, and those of
+  // the triangle are <= 0 and sum to -1.
   std::array<double, 5> weights;
   int contour = -1;  // index of the first piercing of its contour
   // Unit direction in which the edge must move relative to the triangle, or zero if it is not
@@ -41,7 +41,7 @@ struct Retraction {
   double depth = 0.0;  // mean width of the part: its area over the length of the contour [m]
 };
 
-// All intersections of one configuration. A default-constructed Tangle contains none.
+// Intersections of one configuration. A default-constructed Tangle contains none.
 struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
   // Feature pairs of intersecting triangles, by kind, in ascending order.
@@ -59,7 +59,8 @@ struct Tangle {
                const std::array<Index, 4>& vertices) const;
 };
 
-// Finds the tangle of a configuration. Caches the connectivity of the surfaces.
+// Finds the intersections of surfaces that must not intersect; see kept_apart(). Omits edges and
+// triangles that an attachment ties together. Caches the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}

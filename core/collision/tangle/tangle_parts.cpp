@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Width of the zone around a contour, as a number of edges. In this zone, pairs of a feature of the
-// part that has passed through and a feature of another part are ignored.
+// Width of the zone around a contour and the parts that have passed through, as a number of edges.
+// In this zone, pairs of a feature of such a part and a feature of another part are ignored.
 constexpr int rounds_around = 2;
 // The surface of a part that has passed through is retracted as a whole only if all of these hold:
 //   the contour is at least `least_length` times as long as the square root of the surface's area;
@@ -172,7 +172,7 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
 
 // Corrects the sizes of parts, which are sums of vertex areas and thus assume that the contour
 // halves each edge that it crosses. The correction is the strip between the midpoints of these
-// edges and the contour. With it, sizes change smoothly as the contour moves.
+// edges and the contour.
 void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> contour, Cut& cut) {
   double length = 0.0;
   std::map<int, int> n_edges;  // number of crossed edges at each part

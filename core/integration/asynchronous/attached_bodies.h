@@ -12,8 +12,9 @@ namespace loomstone {
 
 class AttachedBodies {
  public:
-  // Begins an interval. Each body and its vertices get the common velocity that conserves their
-  // momentum. Vertices that are not at their attachment points move to them during the interval.
+  // Begins an interval. Each body and its vertices get the common rigid motion that conserves their
+  // momentum and angular momentum. Vertices that are not at their attachment points move to them
+  // during the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
   // Ends the interval. Stores the velocities of the bodies in `body_velocity` (2 b x 3), and their

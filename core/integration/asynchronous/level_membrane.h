@@ -59,9 +59,10 @@ class LevelMembrane {
   void find_rates(const Team& team, int level, const Points& x, double step);
 
   Membrane membrane_;
-  std::vector<Index> order_;      // triangles in the order of the batches
-  std::vector<Index> batches_;    // 0, 1, 2, ...
-  std::vector<Index> batch_end_;  // (levels) end of the batches of a level; the finest comes first
+  std::vector<Index> order_;    // triangles in the order of the batches
+  std::vector<Index> batches_;  // 0, 1, 2, ...
+  // (levels) End of the batches of each level. Batches of the finest level come first.
+  std::vector<Index> batch_end_;
   std::vector<Index> slot_start_;
   std::vector<Slot> slots_;  // triangles at each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;

@@ -79,8 +79,8 @@ struct ClusterPairs {
   ClusterPairs(const PanelClusters& on, const RigidPose& pose, const PanelClusters& by);
 };
 
-// Returns the field of node charges of `by` at the nodes of each cluster of `on`, in the axes of
-// `on` (nodes x 3) [T].
+// Returns, for each cluster of `on`, the field that the node charges of its far clusters cause at
+// its nodes, in the axes of `on` (nodes x 3) [T].
 std::vector<Points> far_fields(const Team& team, const ClusterPairs& pairs, const PanelClusters& on,
                                const RigidPose& pose, const PanelClusters& by,
                                const std::vector<Vector>& charges);

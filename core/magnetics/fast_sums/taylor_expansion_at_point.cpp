@@ -1,6 +1,6 @@
 // Evaluates a local expansion at one point. Each SIMD lane handles a different power of x. Nested
-// sums over powers of z, y and x yield the polynomial's first and second derivatives along all axes
-// in one pass.
+// sums over powers of z, y and x yield the polynomial's first and second derivatives along all
+// axes.
 #include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/lane_math.h"
 

@@ -11,7 +11,8 @@
 namespace loomstone {
 
 // Reason why a line begins or ends at a point. A line that is traced only along the field begins at
-// its `seed`, and a line that is traced only against the field ends there.
+// its `seed`, and a line that is traced only against the field ends there. `length` is also the
+// reason if a line reaches the largest number of steps.
 enum class LineEnd : std::uint8_t { seed, body, left, closed, length, no_field };
 
 // Options of trace_field_lines().

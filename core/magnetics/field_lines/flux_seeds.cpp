@@ -1,8 +1,8 @@
-// Seeds of field lines such that each line represents the same flux. Surfaces of magnets and
+// Seeds of field lines such that each line represents the same flux. Surfaces of solid bodies and
 // surfaces that span currents are divided into pieces. The pieces of each body are sorted along a
 // space-filling curve. The flux is then summed over the pieces of all bodies, except pieces where
-// it enters a magnet and pieces inside another body. Line k of n begins at the piece where the sum
-// reaches the fraction (k + 1/2) / n of the total flux.
+// it enters a solid body and pieces inside another body. Line k of n begins at the piece where the
+// sum reaches the fraction (k + 1/2) / n of the total flux.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -73,7 +73,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
 }
 
 // Returns pieces of a surface that spans a closed line. The surface is a fan of triangles from the
-// mean of the line's vertices to its segments, shrunk by 2 % to keep clear of the line.
+// origin of the source to the segments, shrunk by 2 % to keep clear of the line.
 std::vector<Piece> fan_pieces(const std::vector<Panel>& segments, int n) {
   std::vector<Panel> fan;
   for (const Panel& segment : segments) {

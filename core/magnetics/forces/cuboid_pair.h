@@ -10,7 +10,8 @@
 
 namespace loomstone {
 
-// Returns the wrench on `on` exerted by `by`. Wrench::error is the rounding error of the sums.
+// Returns the wrench on `on` exerted by `by`. Wrench::error estimates the rounding error of the
+// sums.
 // Returns no value unless both bodies are such cuboids and their edges are parallel within 1e-12.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 

@@ -206,7 +206,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
 }
 
 // Returns the pairs i < k of bodies on different carriers, neither of which is in `done`. Throws
-// InvalidInput if a pair includes an open polyline.
+// InvalidInput if an open polyline and any other body are on different carriers.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {

@@ -2,9 +2,10 @@
 // the field of the other. The reaction on the other body follows from the balance of linear and
 // angular momentum, which therefore holds up to rounding errors.
 //
-// Dipoles and spheres need no integral, parallel cuboids have a closed form, and other bodies are
-// integrated over their panels. Bodies that overlap slightly, as rigid bodies in contact do,
-// attract or repel each other as if they touched; overlap.h finds overlaps.
+// Dipoles, cells and spheres need no integral, and parallel cuboids have a closed form. Induced
+// bodies are integrated over samples of their charge, and other bodies over their panels. Bodies
+// that overlap slightly, as rigid bodies in contact do, attract or repel each other as if they
+// touched; overlap.h finds overlaps.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

@@ -43,8 +43,8 @@ struct PanelTask {
 };
 
 // Integrates over the panels. The estimated error is at most `tolerance` times the largest of the
-// value, `least` and 1e-6 of the sum of the norms on all parts of panels, unless most_evaluations
-// is exceeded.
+// norms of the two halves of the value, `least` and 1e-6 of the sum of the norms on all parts of
+// panels, unless most_evaluations is exceeded.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

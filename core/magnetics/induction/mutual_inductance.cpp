@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of levels of refinement. Each level has twice as many points as the previous one along the
-// winding and around it. The first has 16 points around it, and the last has 512.
+// Number of levels of refinement. Each level doubles the number of points along the length of a
+// winding and around it. The first has 16 points around the winding, and the last has 512.
 constexpr int finest = 6;
 
 // A winding about its own z axis, with turns in |z| <= length / 2.

@@ -9,8 +9,8 @@ namespace loomstone {
 
 // Returns the mutual inductance [H] of two loops or solenoids, given as sources with one ampere per
 // turn. The estimated error is at most `tolerance` times the integral of the potential's norm along
-// the winding. If the windings touch, the error can be larger: it is about 1e-3 of this integral if
-// two loops cross. Throws InvalidInput for other sources and for loops that coincide.
+// the winding. It can be larger if the finest quadrature does not suffice, for example because the
+// windings touch. Throws InvalidInput for other sources and for loops that coincide.
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance);
 
 }  // namespace loomstone

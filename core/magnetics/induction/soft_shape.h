@@ -75,19 +75,21 @@ int sphere_degree(double radius, double other_radius, double distance, double to
 // finest grid has `cells` panels along the shortest edge (see check_cells()) and at least as many
 // along the others (see cuboid_panels()). If focus > 0 [m], there are two grids, and all edges have
 // `cells` panels on the finer one. These grids are refined near the middle of the wide faces, for a
-// magnet of half width `focus` there. Throws InvalidInput for more than 24,000 panels.
+// magnet of half width `focus` there. Throws InvalidInput for more than 24,000 panels on the finest
+// grid.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
 // Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. It has three grids, as
 // cuboids do. The finest grid has `cells` rows of panels along the height, or more if the cylinder
 // is slender; see cylinder_panels(). Throws Unsupported if the height or the wall is less than a
-// fiftieth of the radius.
+// fiftieth of the radius, and InvalidInput for more than 8,000 panels on the finest grid.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 
 // Shape of a closed mesh, relative to the mesh's centre of volume, and the pose of this centre.
-// soft_mesh() bisects triangles until there are at least `panels` of them.
+// soft_mesh() bisects triangles until there are at least `panels` of them. Throws InvalidInput if
+// `panels` or the number of triangles of the mesh exceeds 8,000.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

@@ -43,7 +43,7 @@ class DipoleSet final : public Source {
   Points positions_, moments_;
 };
 
-// Returns the forces and torques that the dipoles of `by` exert on the given dipoles (n x 3), and
+// Returns the forces on the given dipoles (n x 3) by the dipoles of `by`, the torques on them, and
 // their energies. Torques are about each dipole's own position. Exchanging the two sets reverses
 // the total force up to rounding errors. `nearest` [m] regularises pairs at smaller distances R:
 // 1/nearest^3 replaces 1/R^3. Forces then grow only as 1/R, and torques stay bounded.

@@ -230,7 +230,7 @@ MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)
   if (!mesh.closed())
     throw InvalidInput(
         "mesh must be closed to be a magnet, got a surface with open edges; close its holes");
-  // The tolerance 1e-12 is far below the volume of any practical sheet and far above rounding
+  // 1e-12 of the cubed radius is far below the volume of any practical sheet and far above rounding
   // errors.
   if (volume() < 1e-12 * std::pow(radius(), 3))
     fail<InvalidInput>(

@@ -83,8 +83,8 @@ class Source {
   virtual std::vector<Panel> panels() const { return {}; }
   // Returns the whole surface of a solid body, including panels without charge; empty for a sphere.
   virtual std::vector<Panel> surface() const { return {}; }
-  // Returns true for a body that an applied field magnetises. charges() then samples its surface
-  // charge densely enough for integration; for other sources it is empty.
+  // Returns true for a body with induced surface charge. charges() then samples this charge densely
+  // enough for integration; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
   // Returns the estimated errors of the first entries of charges() [A m]. The remaining entries

@@ -78,8 +78,8 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// Throws InvalidInput if the script of a vertex starts more than the mean edge length away from the
-// vertex, because the first step would then move the vertex far from its neighbours.
+// Throws InvalidInput if a script places a vertex at time 0 more than the mean edge length away
+// from its start position, because the first step would then move it far from its neighbours.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);

@@ -9,10 +9,11 @@
 namespace loomstone {
 
 // Orders the cloth rows by recursive graph bisection. Sets the materials, pins, scripts, start
-// positions and start velocities of cloth.
+// positions, start velocities, looks and frame topology of cloth.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
-// Sets the surfaces and start poses of rigid bodies and obstacles, and the attachments.
+// Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, and the
+// attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
 // Sets the uniform magnetic field, magnets, coils and bearings. If there are magnets, also sets the
@@ -21,11 +22,11 @@ void build_magnetics(const Scene& scene, Model& model);
 // Checks magnets and circuits at the start positions.
 void check_magnetics(const Model& model, const State& state);
 
-// Sets the collision surfaces with thickness and friction, and the contact stiffness.
+// Sets the collision model, including thickness and friction of surfaces and contact stiffness.
 void build_collision(const Scene& scene, Model& model);
 
 // Throws InvalidInput if cloth intersects a surface at the start or lies inside a closed obstacle
-// or body, unless the scene allows this or has no collisions.
+// or body, unless the scene allows initial intersections or disables collisions.
 void check_start(const Model& model, const State& state);
 
 }  // namespace loomstone

@@ -55,8 +55,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
 
 // Returns the contact distance of a cloth to itself. The default is a tenth of the mean edge
 // length, but at most 0.4 times the smallest height of a triangle, because features that share no
-// vertex can be as close as this height at rest. Throws InvalidInput if the user's value is so
-// large that cloth at rest would push itself apart.
+// vertex can be as close as this height at rest. Throws InvalidInput if the user's value exceeds
+// this height and the cloth collides with itself, because cloth at rest would push itself apart.
 double own_thickness(const Cloth& cloth, const std::string& name) {
   double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
   const Points& x = cloth.mesh->vertices();
@@ -157,7 +157,8 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
 }
 
 // Assigns each collision vertex its row in the implicit solve, or -1 if it belongs to an obstacle.
-// Also records the body to which each attached vertex is attached.
+// Also records, for each attached vertex, the surface of its body, or of the last one if it is
+// attached to several bodies.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);

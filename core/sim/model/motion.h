@@ -18,7 +18,7 @@ void pin_targets(const Model& model, const State& state, double time, double sha
 
 // Returns the pose of an obstacle's mesh at `time`, which follows from its keyframes. If the user
 // has set a pose, returns instead a pose between the present pose and that of the user, according
-// to `share`. If the present mesh is deformed, returns the user's pose.
+// to `share`, or the user's pose if the present mesh is deformed.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 
@@ -27,8 +27,8 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
                        Points& vertices);
 
 // For the rigid-body world, rigid_obstacles() returns the obstacles at `time`, which must be the
-// time of `state`. obstacle_places() returns only the poses at `time`, and the vertices of
-// obstacles that deform.
+// time of `state`. A pose that the user has set replaces that at `time`. obstacle_places() returns
+// only the poses at `time`, and the vertices of obstacles that deform.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

@@ -13,12 +13,12 @@ namespace loomstone {
 // Returns the hashes of the fields of the scene and of the integrator's options that differ from
 // their defaults. The integrator's method has a hash unless it is the default method. The keys are
 // names of fields, such as "scene.gravity".
-// Numbers are hashed in single precision, and magnitudes below 1e-12 as zero, because the last
-// digits of sines may differ between machines.
+// Floating-point numbers are hashed in single precision, and magnitudes below 1e-12 as zero,
+// because the last digits of sines may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
-// Throws a CacheError that lists the fields whose stored and current digests differ. A checkpoint
-// without digests passes.
+// Throws a CacheError that lists the fields whose stored and current digests differ, if there are
+// any. A checkpoint without digests passes.
 void check_digests(const std::map<std::string, std::string>& kept,
                    const std::map<std::string, std::string>& now);
 

@@ -23,7 +23,7 @@ Bisection::Verdict Bisection::judge(const PartResult& result) {
   };
   const bool limits = result.broke_limits || result.stopped_for_limits;
   // If only sweeps enforce the limits, and fallbacks have not withheld much of the motion, parts
-  // shorter than a quarter are not worth their cost. The remaining excess is reported.
+  // shorter than a quarter of the step are not worth their cost. The remaining excess is reported.
   const bool worth = result.stopped_for_limits || limits_in_solve_;
   const int least_for_limits = worth ? StepPart::least : StepPart::quarter;
   if (!result.solved || halves(result.impacts > 0, impacts_, StepPart::least) ||

@@ -21,7 +21,7 @@ struct StepPart {
 struct PartResult {
   bool solved = true;               // the solver found a solution
   int longest = StepPart::whole;    // length allowed by error and contact energy [1/64 step]
-  bool contacts_gain = false;       // contacts have created energy
+  bool contacts_gain = false;       // contacts have created too much energy
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification and fallbacks withheld much motion
   bool broke_limits = false;        // limits satisfied at the start are exceeded at the end
@@ -29,7 +29,7 @@ struct PartResult {
 };
 
 // Divides a step into parts and decides whether an attempt is accepted. The decision depends only
-// on the results of attempts and on limits_in_solve.
+// on the lengths of parts, the results of attempts and limits_in_solve.
 class Bisection {
  public:
   // limits_in_solve: strain limits act in the implicit solve, not only in sweeps.

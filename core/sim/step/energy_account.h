@@ -18,8 +18,8 @@ struct AfterSolve {
 
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
-// the solve is attributed to untangling or to scripted motion or, without both, to certification.
-// Returns the energy that certification added, without that of untangling [J].
+// the solve is attributed to untangling or to scripted motion or, without either, to certification.
+// Returns the energy that certification added, or 0 if untangling forces acted [J].
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
@@ -30,13 +30,13 @@ void report_account(const State& state, StepReport& report);
 // is tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart).
 // Contacts create energy if surfaces approach each other within a part, because the contact force
 // begins only at the end of the part. By then, the surfaces may be much closer than their
-// thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the user
-// has chosen the step and scripted surfaces move, no part is shortened to less than a quarter of
-// the step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
+// thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the step
+// is not automatic and scripted surfaces move, no part is shortened to less than a quarter of the
+// step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
 // remain unresolved. know_contacts() should have been called; otherwise contacts are found again.
 // With asynchronous steps, certification creates energy if it stretches cloth at impacts that
 // events have missed. `gained` is the energy that it added [J]. A part that gains too much is
-// halved.
+// halved, unless it has the shortest permitted length.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

@@ -39,7 +39,7 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
 // velocities. Returns true if any vertex moved.
 bool move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
   const std::size_t size = sizeof(double) * static_cast<std::size_t>(cloth.x.size());
-  if (std::memcmp(x1.data(), cloth.x.data(), size) == 0) return false;  // usually
+  if (std::memcmp(x1.data(), cloth.x.data(), size) == 0) return false;  // the usual case
   bool any = false;
   for (Index i = 0; i < cloth.x.rows(); ++i) {
     if (x1.row(i) == cloth.x.row(i)) continue;

@@ -14,7 +14,7 @@ namespace loomstone {
 
 struct Certified {
   PartResult result;
-  bool moved = false;    // limiting or certification moved cloth
+  bool moved = false;    // this stage moved cloth
   double limited = 0.0;  // energy that limiting removed from cloth [J]
   // After limiting; empty without a limiter or if vertices may have moved since.
   std::optional<LimitReport> limits;

@@ -130,11 +130,11 @@ class Constraining {
         for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
-  // Moves each cloth back to its positions before the sweeps if it exceeds its limits after them,
-  // and they did not improve its strains. If scripted motion leaves the limits no room, sweeps only
+  // Moves each cloth back to its positions before the sweeps if, after the sweeps, it exceeds its
+  // limits and its excess is not smaller. If scripted motion leaves the limits no room, sweeps only
   // concentrate strain in corners. Limit phases then spread the strain again in the next part, with
-  // large forces. If limits act in the solve, a cloth that exceeded them at the start of the part
-  // is therefore left to the phases. Returns true if there is a cloth that moves back.
+  // large forces. If limits act in the solve, a cloth that also exceeded them at the start of the
+  // part is therefore moved back in any case. Returns whether any cloth is moved back.
   bool take_back(const Points& wanted) {
     std::vector<std::uint8_t> worse(in_.cloth->strain_limits.size(), 0), stayed = worse;
     if (in_.limits_in_solve) {

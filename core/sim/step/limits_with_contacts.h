@@ -42,8 +42,8 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
-  // Reports of all rounds, merged so that each vertex is listed once; `unresolved` is that of the
-  // last round.
+  // Reports of the rounds up to the one whose result is used, merged so that each vertex is listed
+  // once; `unresolved` is that of this round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks

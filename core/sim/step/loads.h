@@ -1,5 +1,5 @@
-// First stage: positions and forces at the start of a part of a step, and scripted positions and
-// predicted velocities of bodies at its end.
+// First stage: positions and forces at the start of a part of a step and, for its end, the
+// positions of scripted pins and obstacles and the predicted velocities of bodies.
 #pragma once
 
 #include <vector>

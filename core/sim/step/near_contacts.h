@@ -28,11 +28,11 @@ struct NearContacts {
   Tangle tangle;               // intersections at the start
   // (vertices x 3) predicted velocities of collision vertices [m/s]. They are set only if the solve
   // includes contacts or the integrator handles them at events. Those of cloth vertices without
-  // contacts may not be set.
+  // contacts may be unset.
   Points v0;
-  // (vertices x 3) change of velocity in the last part, scaled to the length of this part, set like
-  // v0 [m/s]. Contact terms assume this change in this part, which reduces the lag of sliding
-  // contacts.
+  // (vertices x 3) change of velocity in the last part, scaled to the length of this part [m/s]. It
+  // is set in the same cases as v0. Contact terms assume this change in this part, which reduces
+  // the lag of sliding contacts.
   Points last_change;
   GatherRoom work_room;
 };
@@ -63,7 +63,7 @@ double energy_at_end(const State& state, double time, const Engines& engines);
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
-// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those at the start of the
+// `displacement` (rows x 3) [m, rad] in `time` [s]. On entry, `terms` are those at the start of the
 // part. Returns their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);

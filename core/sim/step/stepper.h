@@ -1,5 +1,5 @@
-// Takes one step as a sequence of stages. After a step that allows a checkpoint, later results
-// depend on State alone, so the stepper can then be replaced by a new one.
+// Takes one step as a sequence of stages. After a step that allows a checkpoint, Model, State and
+// the options determine all later results, so the stepper can then be replaced by a new one.
 #pragma once
 
 #include "core/parallel/thread_choice.h"

@@ -1,4 +1,4 @@
-"""Checks the arguments of public functions, and raises readable errors."""
+"""Checks and converts the arguments of public functions, and raises readable errors."""
 
 from __future__ import annotations
 
@@ -118,9 +118,9 @@ def _only_mesh(annotation: Any) -> bool:
 
 
 def _mesh(value: Any, where: str, only: bool) -> Any:
-    """Converts a mesh of another package; returns TriangleMesh, None and other objects unchanged.
+    """Converts a mesh of another package; returns a TriangleMesh or None unchanged.
 
-    Raises TypeError for other objects if `only` is true.
+    Other objects raise a TypeError if `only` is true, and are returned unchanged otherwise.
     """
     if value is None or isinstance(value, TriangleMesh):
         return value

@@ -13,7 +13,7 @@ __all__ = ["read_image"]
 
 
 def read_image(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
-    """Returns an image (height x width x 4): 8-bit sRGB with alpha, rows from the top.
+    """Returns an image (height x width x 4): 8-bit RGBA, rows from the top.
 
     Raises InvalidInput if the file cannot be read as an image.
     """

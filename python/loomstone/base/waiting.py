@@ -3,7 +3,7 @@
 A thread that only spins takes processor time from other programs. A thread that sleeps at once
 takes tens of microseconds to wake. OpenMP's run-time library (libgomp) reads its settings from the
 environment once, when it is loaded. This module therefore sets GOMP_SPINCOUNT while it loads
-`_core`, which loads libgomp, and must be the first import of the package. If the user sets
+`_core`, which loads libgomp. The package must import this module first. If the user sets
 OMP_WAIT_POLICY or GOMP_SPINCOUNT, the user's setting is kept.
 """
 

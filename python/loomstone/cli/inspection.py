@@ -180,7 +180,8 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
     """Returns lines about the steps of individual triangles in an asynchronous run.
 
-    The first line compares the number of events with that for equal steps of all triangles.
+    The first line compares the number of events with the number if all triangles had the shortest
+    step. Without events, no lines are returned.
 
     If there are checkpoints, further lines count triangles by the longest step that each may take
     at the time of the newest checkpoint.

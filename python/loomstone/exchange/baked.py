@@ -26,8 +26,8 @@ def read_parts(
     animation : names of animations (glTF only); an empty list: the only animation, or the motion of
         a USD file; None: only the rest pose (glTF) or the first frame (USD)
 
-    Raises CacheError if the file cannot be read, and InvalidInput if it has no visible mesh or no
-    such animation.
+    Raises CacheError if the file cannot be read, Unsupported if the package for its format is
+    missing, and InvalidInput if it has no visible mesh or no such animation.
     """
     if not path.is_file():
         raise CacheError(f"{path}: cannot be read: there is no such file")

@@ -12,9 +12,9 @@ __all__ = ["corner_normals"]
 def corner_normals(points: Floats, triangles: Indices, crease: float = 40.0) -> Floats:
     """Returns the unit normals at the corners (3 m x 3).
 
-    Each has the direction of the area-weighted mean over the triangles around the corner's vertex,
-    or (0, 0, 1) if this mean vanishes. Triangles whose normals deviate by `crease` [degrees] or
-    more from that of the corner's own triangle do not count.
+    Each has the direction of the area-weighted mean of the normals of the triangles around the
+    corner's vertex, or (0, 0, 1) if this mean vanishes. Triangles whose normals deviate by `crease`
+    [degrees] or more from that of the corner's own triangle do not count.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.cross(b - a, c - a)

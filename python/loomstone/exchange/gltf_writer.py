@@ -2,7 +2,8 @@
 
 glTF has y up, so a root node rotates the scene; all other data have z up. Each frame after the
 first is a morph target, and linearly interpolated weights select it at its time. Vertices that need
-several uv or normals are repeated after all others, so the first n vertices are those of the run.
+several uv or normals are repeated after all others, so each mesh begins with the vertices of its
+surface in their order.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ from .surfaces import Floats, Surface
 
 __all__ = ["Motion", "motions_of"]
 
-# Largest deviation from a rigid motion, as a fraction of the size of the surface. It allows for
-# rounding to single precision.
+# Largest deviation of a coordinate from a rigid motion, as a fraction of the surface's size. It
+# allows for rounding to single precision.
 _RIGID = 1e-6
 
 

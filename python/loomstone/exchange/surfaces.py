@@ -58,8 +58,8 @@ def surfaces_of(topology: FrameTopology) -> list[Surface]:
 def vertex_normals(points: Floats, triangles: Indices) -> Floats:
     """Returns unit normals (n x 3) of vertices.
 
-    Each has the direction of the area-weighted mean over the vertex's triangles, or (0, 0, 1) if
-    this mean vanishes.
+    Each has the direction of the area-weighted mean of the normals of the vertex's triangles, or
+    (0, 0, 1) if this mean vanishes.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     faces = np.cross(b - a, c - a)

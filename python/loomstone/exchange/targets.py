@@ -1,4 +1,4 @@
-"""Files that an export writes: they are complete or absent, and replace others only on request."""
+"""The file or directory that an export writes. It replaces another only on request."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def fit(
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1], in place of that at `load`, because shear tests rarely reach it
+    shear_limit : largest e12 [1]; None: that at `load`, which shear tests rarely reach
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
     numbers, strain does not increase, fewer than four points up to the limit differ from 0, or a

@@ -165,7 +165,8 @@ class Fabric(ClothMaterial):
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON: the fields of material and fabric, and `bending_bias`.
 
-        `bending_bias` is the rigidity of a strip on the bias [N m]. An unknown limit is None.
+        `bending_bias` is the rigidity of a strip on the bias [N m], or 0 if `bending_weft` is 0. An
+        unknown limit is None.
         """
         band = self.band
         about = self._about | {

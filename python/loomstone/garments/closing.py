@@ -60,7 +60,8 @@ def close_seams(
     Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest at no
     more than half a mesh edge: where three panels meet, thickness keeps them apart. Joined vertices
     are then welded at their mean position. Raises SolverFailure naming the widest seam if seams
-    stay open, and InvalidInput if the sewn garment would intersect itself.
+    stay open, and InvalidInput if the pattern cannot be sewn or the sewn garment would intersect
+    itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):

@@ -1,4 +1,4 @@
-"""Flat panels of a pattern: outline and holes, made of named edges, grain and placement."""
+"""Flat panels of a pattern: outline and holes of named edges, with a grain and a placement."""
 
 from __future__ import annotations
 

@@ -57,8 +57,7 @@ def relaxed(
     entries = np.einsum("t,tia,tja->tij", area, slope, slope)
     rows, columns = np.repeat(triangles, 3, axis=1).ravel(), np.tile(triangles, (1, 3)).ravel()
     matrix = coo_matrix((entries.ravel(), (rows, columns)), shape=(n, n)).tocsc()
-    # A weak pull towards the current positions makes the matrix definite. It hardly slows
-    # convergence.
+    # A weak pull towards the current positions makes the matrix definite.
     pull = 1e-6 * float(matrix.diagonal().mean())
     factor = splu((matrix + pull * _identity(n)).tocsc())
     result = positions.copy()

@@ -1,4 +1,4 @@
-"""Sewn garments from any program: meshes whose uv are the pattern."""
+"""Garments from other programs: GarmentCode patterns, and meshes whose uv are the pattern."""
 
 from __future__ import annotations
 

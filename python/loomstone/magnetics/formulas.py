@@ -127,7 +127,8 @@ def dipole_forces(
 def dipole_energy(points: ArrayLike, moments: ArrayLike, *, threads: int = 0) -> float:
     """Returns the interaction energy [J] of dipoles: moments (n, 3) [A m^2] at points (n, 3) [m].
 
-    This is minus the sum over pairs (k, l) of moment k times the field of dipole l at point k.
+    This is minus the sum over pairs k < l of the scalar product of moment k and the field of dipole
+    l at point k.
     """
     return _core.dipole_energy(points, moments, threads)
 

@@ -179,8 +179,8 @@ def induced_moments(
     points: (n, 3) centres [m]. radii: (n) [m]. susceptibilities: (n) chi >= -1 [1] (inf: ideal
     iron, -1: superconductor). applied: (n, 3) flux density at the centres without the spheres [T].
     Each sphere is modelled as a point dipole (4 pi R^3 / mu0) chi / (3 + chi) B. This is exact for
-    one sphere in a uniform field, and for spheres whose distances are large compared with their
-    radii. The linear system is solved to a relative residual of `tolerance`. threads 0: all
+    one sphere in a uniform field, and accurate for spheres whose distances are large compared with
+    their radii. The linear system is solved to a relative residual of `tolerance`. threads 0: all
     processors; the result does not depend on it. Raises InvalidInput for values out of range.
     Raises SolverFailure if the solution does not converge, as can happen if spheres overlap deeply.
 

@@ -36,8 +36,8 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
-# Polarizations above this value [T] cause a warning, because no material exceeds 2.5 T. The margin
-# allows for magnets that represent windings.
+# Polarizations with a component above this value [T] cause a warning, because no material exceeds
+# 2.5 T. The margin allows for magnets that represent windings.
 LARGEST_POLARIZATION = 5.0
 
 

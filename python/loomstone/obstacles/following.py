@@ -19,7 +19,7 @@ from ..base.arguments import takes
 __all__ = ["follow"]
 
 Floats = NDArray[np.float64]
-_PATCH = 32  # triangles of a patch: about those within two edges of a vertex
+_PATCH = 32  # number of triangles of a patch
 # Smallest value of the factor by which distance reduces a weight. It keeps the sum of weights
 # positive where all triangles of a patch are equally far away, as in the fan at a pole of a sphere.
 _FLOOR = 1e-6

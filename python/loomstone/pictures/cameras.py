@@ -55,7 +55,7 @@ def read_camera(path: str | os.PathLike[str]) -> Camera:
     """Reads a camera from a JSON file that has fields of Camera, such as eye, target and times.
 
     If the file has the field `eye` but not `fit`, `fit` is False. Raises InvalidInput if the file
-    cannot be read.
+    cannot be read or does not describe a camera.
     """
     try:
         fields = json.loads(Path(path).read_text(encoding="utf-8"))

@@ -43,7 +43,7 @@ def note_of(directory: Path) -> dict[str, Any]:
     try:
         found = json.loads((directory / "options.json").read_text())
         options_from_dict(found["options"])
-    except (OSError, ValueError, TypeError, KeyError):  # the file is missing or of another version
+    except (OSError, ValueError, TypeError, KeyError):  # missing, damaged or of another version
         return {}
     return found if isinstance(found, dict) else {}
 

@@ -24,10 +24,10 @@ PARTS = ("preprocessing", "integration", "collision handling", "other")
 
 @dataclass(frozen=True)
 class Replayed:
-    """Predicted acceleration of collision searches on several numbers of ranks.
+    """Predicted speed-up of collision searches on several numbers of ranks.
 
     ranks : numbers of ranks, ascending
-    acceleration : time on one rank divided by the time on each number of ranks [1]
+    acceleration : speed-up, the time on one rank divided by that on each number of ranks [1]
     """
 
     decomposition: str
@@ -90,8 +90,8 @@ def plot_parallel(
 
     Runs on the same number of ranks with the same decomposition are averaged. The upper row shows
     collision handling over time: the share of time in which ranks compute, the wall time per frame,
-    and its acceleration over the run on one rank. The lower row shows the time of all parts of a
-    run, the share of communication, and accelerations: measured (filled) or replayed (open).
+    and the speed-up over the run on one rank. The lower row shows the time of all parts of a run,
+    the share of communication, and speed-ups: measured (filled) or replayed (open).
 
     Raises InvalidInput if there are no runs, or if their numbers of frames differ.
     """
@@ -213,7 +213,7 @@ def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
 def _draw_scaling(
     axes: Any, groups: Sequence[_Group], alone: _Group | None, runs: Sequence[ParallelRun]
 ) -> None:
-    """Draws accelerations of collision handling over the number of ranks."""
+    """Draws the speed-up of collision handling over the number of ranks."""
     most = max(run.ranks for run in runs)
     for name, color in COLORS.items():
         measured = [group for group in groups if group.decomposition == name]

@@ -88,8 +88,7 @@ def plot_steps(
 def _add_legend(figure: Any, axes: Any) -> None:
     """Adds a legend below the axes, where it covers no curve, and makes the figure higher for it.
 
-    Constrained layout places it. A legend within the axes would cover curves, because plots of
-    energy have up to 16.
+    A legend within the axes would cover curves, because plots of energy have up to 16 curves.
     """
     series = len(axes.get_legend_handles_labels()[0])
     if series == 0:

@@ -121,7 +121,7 @@ def of_contacts(scene: Scene, simulation: Any) -> list[str]:
 
 
 def _held(scene: Scene) -> NDArray[np.int64]:
-    """Returns the vertices of all cloths that are pinned or attached."""
+    """Returns the pinned and attached vertices, numbered over all cloths."""
     held, first = [], 0
     for cloth in scene.cloths:
         tied = (a.vertices for a in scene.attachments if a.cloth == cloth.name)

@@ -41,7 +41,8 @@ def execute(
 ) -> dict[str, Any]:
     """Advances a Simulation to the end of its run and returns the report.
 
-    All ranks must call this function. Only rank 0 writes files.
+    All ranks must call this function. Only rank 0 writes files. Raises Interrupted if a signal ends
+    the run.
 
     control : function called with the simulation before every step
     farewell : sentence that rank 0 prints if the run has begun and its process ends early, as

@@ -33,7 +33,7 @@ def last_words(sentence: str) -> Iterator[None]:
 
     It is also printed if the block outlasts a SIGTERM by half a second, or raises an error. An
     empty sentence is not printed. Nothing is printed after Interrupted, or after an error whose
-    message says how to continue. Except after SIGTERM, the sentence follows all other output.
+    message says how to continue. After another error, the sentence is printed when Python exits.
     """
     speaker = _Speaker(sentence) if sentence else None
     try:

@@ -164,7 +164,7 @@ class SceneFile:
 
     @property
     def integrator(self) -> Integrator:
-        """Integrator of the scene, unless the command line overrides it."""
+        """Integrator of the scene, which the command line may override."""
         value = self._constant("integrator", SemiImplicitEuler())
         if not isinstance(value, Integrator):
             raise InvalidInput(
@@ -174,7 +174,7 @@ class SceneFile:
 
     @property
     def render(self) -> RenderOptions:
-        """Options of the pictures, unless the command line overrides them."""
+        """Options of the pictures."""
         value = self._constant("render", RenderOptions())
         if not isinstance(value, RenderOptions):
             raise InvalidInput(

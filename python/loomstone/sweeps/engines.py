@@ -32,7 +32,7 @@ class Command:
     options: list[str]
 
     def of(self, point: Point) -> tuple[str, list[str], list[str]]:
-        """Returns the arguments of run_point. Paths are absolute, as workers run elsewhere."""
+        """Returns the arguments of run_point. Paths are absolute, for any working directory."""
         values = [word for k, v in point.parameters.items() for word in ("-p", f"{k}={v!r}")]
         return str(point.directory.resolve()), [*self.arguments, *values], self.options
 

@@ -67,8 +67,9 @@ def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def _pieces(text: str) -> list[str]:
-    """Splits a text at the commas that are not inside brackets. Omits empty
-    pieces; if all are empty, returns one empty piece.
+    """Splits a text at the commas that are not inside brackets.
+
+    Omits empty pieces; if all are empty, returns one empty piece.
     """
     pieces, depth = [""], 0
     for character in text:

@@ -23,7 +23,7 @@ _FROM = (0.62, -1.0, 0.44)
 class Page:
     """A page with the surfaces of a frame, a choice of colours and a camera.
 
-    title : shown at the top of the page
+    title : label of the control panel
     topology : topology of the frames
     first : first frame; a camera with fit=True shows all of it except floors
     camera : camera at the start; the user turns it with the mouse

@@ -27,8 +27,8 @@ double now() {
 }
 
 // Square sheet of 2 m whose triangles become smaller towards its centre. Edges parallel to the rim
-// are about least / (least + 1) times as long at the centre as at the rim. A large `least` leaves
-// the jittered grid as it is.
+// are about least / (least + 1) times as long at the centre as at the rim. A large `least` hardly
+// changes the jittered grid.
 TriangleMesh sheet(Index cells, double least) {
   const TriangleMesh mesh = jittered_grid(2.0, 2.0, cells, cells, 0.24, 5);
   Points x = mesh.vertices();

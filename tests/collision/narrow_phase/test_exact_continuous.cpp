@@ -263,9 +263,8 @@ TEST_CASE(
   // Motions of real and synthetic scenes, where a false hit would withhold motion needlessly.
   check_queries(std::string(directory) + "/candidates.bin", 0.01);
   check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
-  // In most constructed degenerate queries without contact, the features pass each other at a
-  // distance below the rounding error. The conservative test reports these as hits, so the bound is
-  // larger.
+  // In constructed degenerate queries, features without contact can pass each other at a distance
+  // below the rounding error. The conservative test reports these as hits, so the bound is larger.
   check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
   check_queries(std::string(directory) + "/degenerate.bin", 0.1);
 }

@@ -36,7 +36,7 @@ OF_OTHERS = {
     "python@3.10:": (r'requires-python = ">=3\.10"', "pyproject.toml"),
     "ninja": (r"ninja\.make-fallback = false", "pyproject.toml"),
     "pkgconfig": (r"find_package\(PkgConfig", "core/dependencies.cmake"),
-    "tbb": (r"find_package\(embree", "core/dependencies.cmake"),  # a library of Embree
+    "tbb": (r"find_package\(embree", "core/dependencies.cmake"),  # Embree uses it
     "mesa@:25.0+osmesa": (r"find_path\(OSMESA_INCLUDE_DIR", "renderer/CMakeLists.txt"),
     "egl": (r"find_path\(EGL_INCLUDE_DIR", "renderer/CMakeLists.txt"),
 }

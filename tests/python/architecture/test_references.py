@@ -1,4 +1,4 @@
-"""Everything that comments and documents cite exists: works, links, pictures, and files. Web
+"""Works, equations, links, pictures and files that comments and documents cite exist. Web
 addresses are not checked.
 """
 

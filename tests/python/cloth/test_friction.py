@@ -39,7 +39,7 @@ def test_a_held_sheet_does_not_creep_in_a_minute():
     settled = sim.positions
     for _ in range(15_000):
         sim.step()
-    assert np.abs(sim.positions - settled).max() < 1e-9  # the required bound is 1e-4 m
+    assert np.abs(sim.positions - settled).max() < 1e-9
 
 
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
@@ -66,7 +66,7 @@ def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
 
 
 def capstan(ratio, step=2e-3):
-    """Wraps a strip half around a cylinder and returns how far it slides from 0.3 to 0.6 s [m].
+    """Wraps a strip half way round a cylinder. Returns how far it slides from 0.3 to 0.6 s [m].
 
     One end is pulled by 0.2 N, the other by `ratio` times as much.
     """

@@ -13,7 +13,7 @@ st = hypothesis.strategies
 
 @st.composite
 def scenes(draw):
-    """Generates scenes on a lattice, so that boxes often touch and features often coincide.
+    """Generates a scene on a lattice, so that boxes often touch and features often coincide.
 
     Triangles may be degenerate or identical.
     """
@@ -58,7 +58,7 @@ def test_all_engines_find_the_pairs_of_brute_force(scene):
     st.sampled_from([0.01, 0.05, 0.2]),
 )
 def test_all_engines_find_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
-    """Uses up to 300 triangles, enough for trees of three levels."""
+    """Uses 30 to 300 triangles."""
     random = np.random.default_rng(seed)
     # The centres lie in space, in a plane, on a line or at a point.
     centres = random.random((n, 1, 3)) * random.choice([0.0, 1.0], size=3)

@@ -1,4 +1,4 @@
-"""Collision queries on arrays: continuous detection compared with exact integer arithmetic."""
+"""Collision queries on arrays, compared with exact integer arithmetic and with brute force."""
 
 from fractions import Fraction
 
@@ -129,7 +129,7 @@ def test_a_detector_finds_exactly_the_colliding_pairs_whatever_its_tree_and_thre
             unordered = detector.candidates(x0, x1, ordered=False)
             assert np.array_equal(np.array(sorted(map(tuple, unordered[1]))), edge_edge)
         x0, x1 = x1, x1 + random.normal(scale=0.005, size=x0.shape)
-    # Large meshes take about 370 bytes per triangle, and this small one 386.
+    # The tree takes a few hundred bytes per triangle.
     assert 0 < detector.tree_bytes < 600 * len(triangles)
     flat = ls.grid(size=(0.2, 0.2), triangles=200)
     free = collision.Detector(flat.triangles).collisions(

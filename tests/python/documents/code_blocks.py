@@ -77,7 +77,7 @@ def difference(shown: str, printed: str) -> str:
     """Returns the first difference between the output that a page shows and the printed one.
 
     An empty result means that they agree. Words must be equal, and `...` in `shown` stands for any
-    text of one line. Numbers may differ by 10 % or by one unit of the last digit, because other
+    text of one line. Numbers may differ by 10 % or by one unit of the last decimal, because other
     compilers change last bits, which contacts amplify.
     """
     lines = zip_longest(shown.splitlines(), printed.splitlines())

@@ -1,4 +1,4 @@
-"""Every code block of the Markdown pages runs as pasted, or the page gives the reason why not."""
+"""Every Python and shell block of the Markdown pages runs as pasted, or the page says why not."""
 
 import shutil
 

@@ -12,7 +12,7 @@ WEIGHT = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(3, 0, 0))
 
 
 def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
-    """A core and a coil on stands, and a distant weight, because a scene needs a rigid body."""
+    """A core and a coil on stands, and a distant weight, because circuits need a rigid body."""
     stands = [
         ls.obstacles.mesh(core_mesh, name="core"),
         ls.obstacles.mesh(BOX.moved((0, 0, 0.5)), name="coil"),
@@ -73,7 +73,9 @@ def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
 
 
 def plunger(z: float, cells: int = 20, **coil) -> ls.Scene:
-    """An iron bar on the axis of a solenoid. Its centre is at the height z [m] above the middle."""
+    """An iron bar on the axis of a solenoid. The centre of the bar is z [m] above that of the
+    solenoid.
+    """
     bar = ls.RigidBody(
         name="bar",
         mesh=ls.meshes.box(size=(0.008, 0.008, 0.03)),
@@ -107,8 +109,7 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         mass = ls.meshes.mass_properties(scene.bodies[0]).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
-        # Force and flux come from different integrals. The measured difference is 1.4e-4 with
-        # cells=12, 20 and 32. This test uses cells=20.
+        # Force and flux come from different integrals.
         assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(
             force, rel=2e-3
         )

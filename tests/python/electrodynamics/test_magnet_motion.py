@@ -59,7 +59,7 @@ def test_free_spheres_follow_their_table_with_second_order(case):
     for k in range(2):
         assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
     # Second order predicts an error 64 times smaller than with 1,000 steps. The factor 1.5 is a
-    # margin. The second bound compares with paths of about 1 cm; the measured error is 4e-9 m.
+    # margin.
     assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
     assert finest[0] < 1e-7
 
@@ -75,8 +75,7 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
     assert np.linalg.norm(linear - case["P0"]) < 1e-12 * size
     assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # lever arms of 2 cm
     energy = sim.report.energy.body_kinetic + sim.report.energy.magnetic
-    # Second order: 4,000 steps of 7.5 to 20 us leave an error of up to 4.4e-6 of the magnetic
-    # energy at the end.
+    # The tolerance covers the error of second order in the step.
     assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.energy.magnetic)
 
 
@@ -220,7 +219,6 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
     z, v = sim.state.body_centres[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
     # The tolerance covers an error of 1e-4 in the force and the second-order error of 200 steps.
-    # The force grows up to fivefold during the last 20 of these steps.
     assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
     assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])
 

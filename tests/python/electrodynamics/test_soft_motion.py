@@ -63,17 +63,14 @@ def test_a_magnet_floats_above_a_superconducting_plate():
         c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
     )
     rest, frequency = resting_place(case)
-    # The plate has only 8 cells along its shortest edge, and it is only four times as wide as the
-    # height of the magnet. Its force is therefore 5 % weaker than that of an infinite plane. The
-    # force is proportional to height^-4, so the equilibrium is lower by slightly more than a
-    # quarter of 5 %.
+    # The plate is only four times as wide as the height of the magnet. Its force is therefore a few
+    # per cent weaker than that of an infinite plane. The force is proportional to height^-4, so the
+    # relative change of the equilibrium height is a quarter of this.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The amplitude is the initial displacement of 2e-4 m. `rest` follows from the force on the
-    # panels, and the scene computes the force on the ball. The two forces differ by the fraction
-    # 1e-4, which shifts the equilibrium by less than 1 um.
+    # The amplitude is the initial displacement of 2e-4 m.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])
@@ -90,7 +87,9 @@ def test_a_magnet_above_a_permanent_plate_falls_or_turns():
 
 
 def iron_and_magnet() -> ls.Scene:
-    """A free iron box, a superconducting ball and a point-dipole ball near a free magnet."""
+    """A magnet, an iron box, a superconducting ball, and a ball that magnetises as a dipole. All
+    are free bodies.
+    """
     box = ls.RigidBody(
         name="box",
         mesh=ls.meshes.box(size=BOX),
@@ -140,8 +139,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     )
     exchanged = sim.report.energy.magnetic - potential
     gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
-    # With 8 cells, the initial force of the magnet on the box has a relative error of 5e-4. The
-    # bound also allows for the error of the trajectory, which is of second order in the step.
+    # The bound allows for the error of the force on a box with 8 cells, and for the error of the
+    # trajectory, which is of second order in the step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)
     other.restore(kept)

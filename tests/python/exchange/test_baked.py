@@ -121,7 +121,7 @@ def test_the_mesh_of_gltf_at_rest_is_read_with_z_up(gltf):
 
 
 def write_usd(path, change=lambda *_: None):
-    """Writes a file in centimetres with y up: a skinned tube of quads below a moving parent, and a
+    """Writes a file in centimetres with y up: a skinned tube of quads, whose parent moves, and a
     static box. Returns the path.
     """
     pytest.importorskip("pxr")

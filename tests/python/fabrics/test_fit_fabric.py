@@ -1,4 +1,4 @@
-"""Fits to measured curves (thesis 3.3.3): synthetic curves are recovered, invalid ones refused."""
+"""Fits to measured curves: synthetic curves are recovered, and invalid ones refused."""
 
 import math
 

@@ -112,7 +112,7 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
 @pytest.mark.parametrize("angle", [0, 90])
 def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(name, angle):
     strip = cantilever(ls.fabrics[name], angle_degrees=angle)
-    # The measured difference is -0.2 %.
+    # docs/fabrics.md reports differences of up to 0.3 %.
     assert strip.at_rest and strip.overhang == pytest.approx(strip.elastica, rel=0.005)
     assert strip.bending_length == strip.overhang / 2
 
@@ -125,8 +125,8 @@ def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_wid
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
         for width in (0.006, 0.003)
     )
-    assert narrow < 0.65 * wide < 0.65 * 0.025  # measured: 1.1 % and 2.0 %
-    assert 2 * narrow - wide == pytest.approx(0.0, abs=0.005)  # measured: 0.2 %
+    assert narrow < 0.65 * wide < 0.65 * 0.025
+    assert 2 * narrow - wide == pytest.approx(0.0, abs=0.005)  # extrapolated to no width
 
 
 def test_strips_that_are_turned_with_their_material_hang_alike():
@@ -172,7 +172,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
         assert bring_to_rest(sim, drift=1e-7).at_rest
         rim = np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-9
         errors.append(abs(-sim.positions[rim, 2].mean() / sag - 1))
-    # The measured errors are 4.7 % and 2.1 %. The error is of second order in the edge length.
+    # The error is of second order in the edge length.
     assert errors[1] < 0.03 and errors[1] < 0.6 * errors[0]
 
 
@@ -196,13 +196,12 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (loose, tight)]
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
     folds = [np.mean([r.folds for r in results]) for results in (loose, tight)]
-    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # measured: 11.6 and 11.9
+    assert folds[1] == pytest.approx(folds[0], rel=0.1)
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():
-    # At limits of 1 %, the drape coefficient is about 30 %, as without limits. At limits of 0.1 %,
-    # triangles lock, and it exceeds 65 %.
-    # tests/benchmarks/locking.py compares both limits at several mesh sizes.
+    # Triangles that lock would increase the drape coefficient. tests/benchmarks/locking.py also
+    # tests limits of 0.1 %.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)
     free, limited = (
@@ -214,7 +213,6 @@ def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_an
         assert result.rest.at_rest and result.intersections == 0
     assert max(np.abs(ls.limits.strain(r.positions, r.mesh)).max() for r in free) > 0.02
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (free, limited)]
-    # With six specimens each, the mean coefficients are 30.5 and 30.7 %.
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
 
 

@@ -64,7 +64,7 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
     assert garment.panel_names == ("front", "back")
     assert len(garment.openings()) == 2, "waist and hem"
     low, high = garment.mesh.vertices.min(0), garment.mesh.vertices.max(0)
-    # The relaxed skirt is 40 cm wide, with front and back 2 cm apart. The hem is at 1 m.
+    # The relaxed skirt is about 40 cm wide and 50 cm high, and its hem is at 1 m.
     assert high[2] - low[2] == pytest.approx(0.5, rel=0.02) and low[2] == pytest.approx(
         1.0, abs=0.02
     )

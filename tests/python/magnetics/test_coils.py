@@ -82,14 +82,14 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         before = sim.body_centres[0, 2]
     speed = -sim.state.body_velocities[0, 2]
     late = (case["end_z"] - before) / speed
-    # Time and speed are extrapolated from the last step to the end of the path, far from the coil.
+    # Time and speed are extrapolated back from the last step to the end of the path, which is far
+    # from the coil.
     time, speed = (
         sim.time - late,
         speed - case["gravity"] * late,
     )
-    # The tolerances cover two errors. The simulation replaces the turns of the table by a current
-    # sheet. Its steps of 0.25 ms do not resolve the decay of the current at rates R / L of up to
-    # 25,000/s, and resolve braking at rates G^2 / (m R) of up to 160/s, with G = d(flux)/dz.
+    # The tolerances cover two errors: the simulation replaces the turns by a current sheet, and its
+    # steps of 0.25 ms do not resolve the decay of the current at rates R / L of up to 25,000/s.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)
@@ -120,8 +120,8 @@ def test_motors_follow_the_table(case):
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"
-    # Each kick satisfies the balance to rounding. Between kicks, the rotor turns by a few
-    # hundredths of a radian. The relative error is of the order of the square of this angle.
+    # Each kick satisfies the balance to rounding. The relative error is of the order of the square
+    # of the angle [rad] by which the rotor turns between kicks.
     assert found["missing"] < 5e-3 * found["turned over"]
 
 

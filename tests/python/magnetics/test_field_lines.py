@@ -1,4 +1,6 @@
-"""Field lines: known shapes, seeds that share the flux equally, ends on magnets, and pictures."""
+"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures.
+Forces over distances and torques over angles.
+"""
 
 import loomstone as ls
 import numpy as np
@@ -100,8 +102,8 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
 
 
 def test_lines_do_not_wind_along_the_borders_of_panels():
-    # Less than 1e-6 m above large panels, the computed field would lead lines along their borders.
-    # Lines must end at the surface instead.
+    # Close to large panels, the computed field would lead lines along the borders of panels. Lines
+    # must end at the surface instead.
     magnet = m.cuboid(size=(0.01, 0.01, 0.005), polarization=(0, 0, 1.2))
     iron = m.soft_cuboid(size=(0.02, 0.02, 0.004), susceptibility=1000.0, cells=8)
     (induced,) = m.induce(iron.moved((0, 0, 0.0065)), by=magnet).bodies

@@ -38,7 +38,7 @@ def test_the_field_strength_is_the_descent_of_the_potential(name):
         (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
     )
     # The relative error of central differences due to rounding is 1e-16 size / step = 1e-11. Their
-    # truncation error is proportional to step^2. Near edges, it is about 1e-6.
+    # truncation error is proportional to step^2 and larger near edges.
     step = 1e-7
     ends = [
         [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]

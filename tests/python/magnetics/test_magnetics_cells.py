@@ -69,7 +69,7 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         for found, sign in ((on_1.torque, torque1), (on_2.torque, torque2)):
             assert np.sign(round(found[2] / (0.01 * small))) == sign, (name, engine)
             assert np.abs(found[:2]).max() < 0.01 * small
-        # The magnitudes are those of single dipoles, (6.10) and (6.11).
+        # Magnets of a single cell act as dipoles, (6.10) and (6.11).
         if density == 1e3:
             forces, torques = M.dipole_forces([a.position, b.position], [a.moment, b.moment])
             assert np.allclose(
@@ -147,8 +147,8 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             # The force between the leaves agrees with the sum over two lattices of dipoles.
             assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
-    # If the magnets touch, the force of the cells converges to a wrong value. It is 36 % too large
-    # with 4 cells along each edge, 39 % with 8 and 42 % with 64.
+    # If the magnets touch, the force of the cells does not converge to the exact one. It is 36 %
+    # too large with 4 cells along each edge, and 39 % with 8.
     for n in (4, 8):
         points, moments = lattice(n)
         forces, _ = M.dipole_forces(points + (0, 0, 0.01), moments, points, moments)

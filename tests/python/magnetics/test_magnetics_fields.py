@@ -17,8 +17,8 @@ def relative(found, expected):
 
 
 def outside(source, scale, count=40, seed=1):
-    """Returns points at distances of about `scale` [m]. No point is closer to the source's bounding
-    ball than 5 % of its radius.
+    """Returns points at 0.5 to 2 times `scale` [m] from the origin, but at least at 1.05 times the
+    radius of the source.
     """
     points = np.random.default_rng(seed).normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -48,9 +48,7 @@ def test_exterior_fields_agree_with_the_reference(case):
             height=case["height"],
             polarization=polarization,
         )
-    # The tables are double-precision results of other formulas, with errors of up to 5e-12. One
-    # point of trimesh_09 has an error of 6.8e-10; 40-digit arithmetic agrees with our value to
-    # 5e-15.
+    # The tolerance is the accuracy of the table, which is lower at one point of trimesh_09.
     assert relative(field, case["B"]) < (1e-9 if case["id"] == "trimesh_09" else 5e-12)
 
 
@@ -81,7 +79,7 @@ def test_dipole_pairs_and_clouds_agree_with_the_reference():
         forces, torques = M.dipole_forces(points, moments)
         assert relative(forces, [np.negative(case["F_on_2"]), case["F_on_2"]]) < 1e-14
         assert relative(torques, [case["T_on_1"], case["T_on_2"]]) < 1e-14
-        # The energy consists of nearly cancelling terms.
+        # The terms of the energy may nearly cancel.
         assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)
     for case in cases("ii_dipole_clouds"):
         points, moments = case["positions"], case["moments"]
@@ -140,9 +138,9 @@ def test_gradients_are_derivatives_of_fields(name, scale):
         np.median(np.linalg.norm(difference(h) - gradient, axis=(1, 2)) / size)
         for h in (step, step / 2)
     ]
-    assert errors[1] < 1e-8  # error of order h^4; the points are outside the bounding ball
-    # Halving h divides an error of fourth order by 16, unless rounding dominates. Fields have
-    # rounding errors of 1e-13, or of 1e-10 for a distant polyline, whose segments' fields cancel.
+    assert errors[1] < 1e-8  # the error of the differences is of order h^4
+    # Halving h divides an error of fourth order by 16, unless rounding dominates. Rounding errors
+    # are larger for a distant polyline, because the fields of its segments nearly cancel.
     assert errors[0] / errors[1] > 10 or errors[1] < (1e-9 if name == "polyline" else 1e-11)
     assert np.abs(np.trace(gradient, axis1=1, axis2=2) / size).max() < 1e-12  # div B = 0
     assert np.array_equal(gradient, gradient.transpose(0, 2, 1))
@@ -189,8 +187,8 @@ def test_far_fields_lose_no_digits(name):
         100.0,
     ):
         points = outside(body, distance)
-        # The tolerances allow for rounding in sums of 2e3 to 6e4 terms of equal sign, and at 0.05 m
-        # for errors of the quadrature over azimuths: 1.4e-12 in fields, 1.6e-11 in gradients.
+        # The tolerances allow for rounding in sums of 2e3 to 6e4 terms, and at 0.05 m also for
+        # errors of the quadrature.
         assert relative(M.field(body, points), M.dipole_field(cells, moments, points)) < (
             1e-13 if distance > 0.05 else 2e-11
         )
@@ -263,7 +261,7 @@ def test_b_and_h_differ_inside_by_the_polarization_alone():
 
 
 def test_normal_b_and_tangential_h_pass_through_surfaces():
-    h = 1e-9  # distance to the surface [m]; over this distance, fields change by 1e-7
+    h = 1e-9  # distance to the surface [m]; over this distance, fields change by about 1e-7 T
     for name, point, normal in (
         ("cuboid", (0.01, 0.001, 0.002), (1, 0, 0)),
         ("cylinder", (0.006, 0.008, 0.002), (0.6, 0.8, 0)),
@@ -311,7 +309,7 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
-    """At an edge of a cuboid, two faces with charge density j.n meet at a right angle. When the
+    """At an edge of a cuboid, two faces with charge density j meet at a right angle. When the
     distance from the edge shrinks by a factor e, B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
     """
     distances = 10.0 ** -np.arange(4.0, 12.0)

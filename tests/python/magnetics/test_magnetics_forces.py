@@ -13,7 +13,9 @@ TOLERANCES = [1e-4, 1e-8]
 
 
 def error(found, force, torque, radius):
-    """Largest error of force and torque / radius, relative to the larger of their magnitudes."""
+    """Larger of the errors of force and torque / radius, relative to the larger magnitude of the
+    expected force and torque / radius.
+    """
     size = max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
     return (
         max(np.linalg.norm(found.force - force), np.linalg.norm(found.torque - torque) / radius)
@@ -35,7 +37,9 @@ def test_parallel_cuboids_agree_with_the_closed_form_at_every_gap_and_in_contact
     "offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.0146), (0, 0, 0.0165)]
 )
 def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
-    """Rotating b by another 1e-9 rad makes M.force() integrate instead of using the closed form."""
+    """Rotating b by 1e-9 rad about each axis makes M.force() integrate instead of using the closed
+    form.
+    """
     a = M.cuboid(size=(0.012, 0.01, 0.015), polarization=(0.4, -0.6, 0.8))
     for turn in ((0, 0, 0), (np.pi / 2, 0, 0), (0, 0, -np.pi / 2), (0, np.pi, 0)):
         b = (
@@ -44,8 +48,8 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
             .rotated(turn)
         )
         closed = M.force(on=b, by=a, tolerance=1e-8)
-        # The tolerance covers the rotation of 1e-9 rad and three times the tolerance of the
-        # integral, which converges slowly because its integrand is logarithmic at aligned edges.
+        # The tolerance covers the rotation and three times the tolerance of the integral, whose
+        # integrand is logarithmic at aligned edges.
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -146,7 +150,7 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 @pytest.mark.parametrize("kind", KINDS)
 def test_integration_over_either_body_gives_the_same_force(kind):
     """Compares the force of a cuboid on a body with the force of the body on dipoles that fill the
-    cuboid. For dipoles, Newton's third law is not built in.
+    cuboid.
     """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)
@@ -157,7 +161,6 @@ def test_integration_over_either_body_gives_the_same_force(kind):
     moments = share[:, None] * size.prod() * np.array((0.4, -0.7, 0.9)) / M.MU0
     cells = M.dipoles(np.stack([u, v, w], axis=1) * size, moments)
     on_cells = M.force(on=cells, by=b, tolerance=1e-9)
-    # With 16 Gauss points per axis, the measured error is below 1e-12.
     assert (
         error(on_cells, -whole.force, M.force(on=a, by=b, tolerance=1e-9).torque, a.radius) < 1e-5
     )
@@ -185,8 +188,8 @@ def test_linear_and_angular_momentum_are_kept_to_rounding(kind_a, kind_b):
     [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")],
 )
 def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
-    """The energy is E = - integral of J_b . H_a over the volume of b. The integral is a sum over
-    dipoles that fill b.
+    """The energy is E = - integral of J_b . H_a over the volume of b. A sum over dipoles that fill
+    b approximates the integral.
     """
     b, a = pair(*kinds)  # b is at the origin
     nodes, weights = np.polynomial.legendre.leggauss(14)
@@ -278,8 +281,7 @@ def test_far_apart_bodies_are_dipoles():
         b = b.at((3.0, 5.0, -4.0), b.orientation)
         found = M.force(on=b, by=a, tolerance=1e-8)
         force, torque = M.dipole_forces([b.position], [b.moment], [a.position], [a.moment])
-        # The next multipole is smaller by the factor (size / distance)^2 = 1e-5. The forces on
-        # opposite charges cancel to size / distance = 1/500, so rounding errors are 500 * 1e-16.
+        # The next multipole is smaller by about the factor (size / distance)^2 = 1e-5.
         assert error(found, force[0], torque[0], b.radius) < 1e-4, kind
 
 
@@ -375,10 +377,10 @@ def _touching_pairs():
 
 @pytest.mark.parametrize("name", _touching_pairs())
 def test_the_force_between_magnets_does_not_jump_where_they_touch(name):
-    """Poses of bodies in contact are rounded, so that bodies overlap a little. The force on the
-    surface charge of one must then use the field outside the other, because the field inside has
-    the opposite direction. A change of the gap by 1.6e-8 m changes the force by less than the
-    fraction 1e-5; the tolerance allows for the quadrature.
+    """Poses of bodies in contact are rounded, so that bodies may overlap a little. The force on the
+    surface charge of one must then use H outside the other, because H jumps at its surface. A
+    change of the gap by 1.6e-8 m changes the force by less than 1e-5 of its value; the tolerance
+    allows for the quadrature.
     """
     by, body, touching = _touching_pairs()[name]
     apart = M.force(on=body.moved((0, 0, touching + 8e-9)), by=by, tolerance=1e-5)

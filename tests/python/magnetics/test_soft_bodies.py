@@ -9,7 +9,7 @@ from loomstone import magnetics as M
 from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
-# Maps numbers of cells of a cuboid to tolerances. The measured errors are 5e-4 and 8e-5.
+# Maps numbers of cells of a cuboid to tolerances.
 GRIDS = {
     12: 1e-3,
     20: 1e-4,
@@ -127,7 +127,7 @@ def test_a_cuboid_beside_a_magnet_agrees_with_the_reference(cells):
 
 
 def test_a_mesh_comes_nearer_to_the_sphere_and_to_the_cube_with_more_panels():
-    """Meshes of a sphere and a cube converge to the exact moments.
+    """The moments of meshes of a sphere and of a cube converge to the reference.
 
     Spheres of 320 and 1280 triangles lack 3.4 and 0.9 % of the ball's volume. The charge of a cube
     is singular at its edges.

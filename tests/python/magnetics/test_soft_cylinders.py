@@ -23,7 +23,7 @@ def conductor(radius, inner, height, axis, segments=80):
     In a uniform field of 1 A/m, the surface of the body is an equipotential. Collocation solves the
     integral equation of the first kind for the surface charge. The charge consists of rings, along
     which it is uniform (axis=2) or proportional to the cosine of the azimuth (axis=0). Each side of
-    the cross-section is divided into `segments` segments, which become shorter towards the corners.
+    the cross-section is divided into `segments` segments, which become shorter towards its ends.
     """
     half = 0.5 * height
     corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + (
@@ -45,8 +45,8 @@ def conductor(radius, inner, height, axis, segments=80):
     middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
     nodes, weights = np.polynomial.legendre.leggauss(16)
     s, w = 0.5 * (1 + nodes), 0.5 * weights
-    # The quadrature nodes of a segment are graded quadratically towards its middle, where the
-    # potential of its own charge has a logarithmic singularity.
+    # The quadrature nodes of a segment are graded quadratically towards its middle. There, the
+    # integrand of the potential of its own charge has a logarithmic singularity.
     places = np.concatenate([0.5 - 0.5 * s**2, 0.5 + 0.5 * s**2])
     shares = np.concatenate([s * w, s * w])
     matrix = np.zeros((len(middle), len(middle)))
@@ -71,8 +71,7 @@ def conductor(radius, inner, height, axis, segments=80):
     )
 
 
-# Each row: radius, inner radius, height, number of cells, and a bound of the relative error, which
-# is at most three times the measured one.
+# Each row: radius, inner radius, height, number of cells, and a bound of the relative error.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [

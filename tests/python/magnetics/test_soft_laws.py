@@ -61,10 +61,7 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
     """Uses plates that are six times as wide as the height h of the magnet above them, and as thick
-    as h. The force comes from a spot about h across, which the cells must resolve. If cells focus
-    on the spot, only the error of the finite width remains. This error is 0.9 % for a moment along
-    the plate, with 24 cells and with 32. Without a focus, the error is no larger, because the
-    charge varies within panels like the magnet's field.
+    as h. The tolerance covers the error of their finite width.
     """
     height = 0.015
     plates = [
@@ -91,9 +88,9 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Compares the pull with an image force and a catalogue. The catalogue's flux densities are
-    those of blocks with a polarisation of 1.24 T, to 0.12 %. Its pulls are measured or follow rules
-    of thumb, so they deviate more.
+    """Compares flux densities and pulls of the catalogue's blocks with those of magnets with a
+    polarisation of 1.24 T, and the pull on the plate with that of an image. The pulls of the
+    catalogue deviate more than its flux densities.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
@@ -170,7 +167,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    # Forces have errors of 1e-10, and the difference quotients are of second order in their step.
+    # Forces have relative errors of 1e-10, and difference quotients are of second order in `step`.
     assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size
     assert (
         stiffness_sum(by_superconductor, place)
@@ -194,9 +191,7 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """Compares the energy with that of dipoles in the magnet's volume. In contact, an integral over
-    the magnet's surface would take minutes, because the field of a charged face is unbounded.
-    """
+    """Compares the energy with that of dipoles in the magnet's volume."""
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
     (induced,) = M.induce(BOX, by=magnet).bodies
@@ -205,8 +200,8 @@ def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
     moments = (
         np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
     )
-    # The tolerance allows for two quadrature errors near contact. Each panel has only 9 sample
-    # points, up to 0.8 mm apart, and the dipoles' volume rule is inaccurate close to panels.
+    # The tolerance allows for errors of two quadratures near contact: over the panels of the box,
+    # and over the volume of the magnet.
     wanted = M.energy([M.dipoles(nodes, moments).moved(magnet.position), induced])
     assert M.energy([magnet, induced]) == pytest.approx(
         wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap]
@@ -281,7 +276,7 @@ def test_a_ball_saturates_as_its_law_says():
     ball = M.soft_sphere(radius=0.01, susceptibility=chi, saturation=saturation)
     for field in (1e-3, 0.3, 0.66, 0.7, 3.0, 100.0):
 
-        def excess(j, field=field):  # J - chi H / (1 + chi H / J_s) with H = B - J / 3, both in T
+        def excess(j, field=field):  # J - chi H / (1 + chi H / J_s) with H = B - J / 3, all in T
             return j - chi * (field - j / 3) / (1 + chi * (field - j / 3) / saturation)
 
         wanted = brentq(excess, 0.0, min(3 * field, saturation), xtol=1e-15)
@@ -312,7 +307,7 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
         ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
-    # At this distance from a magnet, the explicit response overestimates the force by 12 %.
+    # At this distance from a magnet, the explicit response changes the force by 10 to 40 %.
     cube, magnet = (
         M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
         M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),

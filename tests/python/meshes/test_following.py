@@ -17,7 +17,7 @@ def waist(count, radius=0.1):
 def bent(points, curvature):
     """Returns points of a bar along z after bending.
 
-    The axis of the bar becomes a circle in the xz-plane, and its cross-sections stay plane.
+    The axis becomes a circular arc in the xz-plane, and the cross-sections of the bar stay plane.
     """
     x, y, z = np.asarray(points).T
     turn = curvature * z

@@ -12,7 +12,7 @@ def test_colour_maps_are_those_of_matplotlib(name):
     from matplotlib import colormaps
 
     theirs = colormaps[name](np.arange(256), bytes=True)[:, :3]
-    # They differ by rounding to bytes.
+    # The two tables may round differently to bytes.
     assert np.abs(color_table(name)[0].astype(int) - theirs).max() <= 1
 
 

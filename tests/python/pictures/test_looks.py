@@ -58,7 +58,7 @@ def seen_on_floor(floor, x, y):
     return picture[rows, columns].argmax(1)
 
 
-# CHECKER with pixels so small that smooth transitions between them do not matter.
+# CHECKER with each pixel repeated 16 x 16 times, so that transitions between colours are narrow.
 FINE = CHECKER.repeat(16, axis=0).repeat(16, axis=1)
 PLACES = np.random.default_rng(5).uniform((0.38, -0.2), (0.8, 0.2), (200, 2))
 
@@ -66,7 +66,7 @@ PLACES = np.random.default_rng(5).uniform((0.38, -0.2), (0.8, 0.2), (200, 2))
 def tiles(uv, width):
     """Returns the main channel of CHECKER at uv, and which uv are not close to edges of its pixels.
 
-    Close means within 5 mm, which is one pixel of the picture.
+    Close means within 5 mm, which is about one pixel of the picture.
     """
     at = uv / (0.5 * width)
     clear = (np.abs(at - np.rint(at)) * 0.5 * width > 5e-3).all(1)

@@ -1,4 +1,4 @@
-"""Passes contain depth, normals and numbers of surfaces, and name what they contain."""
+"""Passes contain depth, normals and numbers of surfaces, with the names of the surfaces."""
 
 import sys
 

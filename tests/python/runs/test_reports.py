@@ -1,4 +1,4 @@
-"""Reports about contact, for a step and for a run."""
+"""Reports about contact and energy, for a step and for a run."""
 
 import csv
 import json
@@ -117,7 +117,7 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
 
 
 def test_energy_lost_to_impacts_is_not_called_withheld_motion(tmp_path):
-    """Impulses of impacts change the motion after the solve, and here withhold none of it."""
+    """Impulses of impacts change the motion after the solve. None of it is withheld here."""
     mesh = ls.grid(size=(0.2, 0.2), cells=(6, 6)).moved((0, 0, 0.02))
     scene = ls.Scene(
         cloths=[ls.Cloth(mesh=mesh, velocities=np.tile((0.0, 0.0, -3.0), (mesh.n_vertices, 1)))],

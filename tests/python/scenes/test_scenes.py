@@ -12,9 +12,8 @@ from loomstone.runs.verification import count_intersections
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
-# Parameters, simulated time [s] and largest allowed stretch of cloth [1]. The time includes the
-# main event of a scene, for example until twist is packed tight, the knot is closed, the stack is
-# shaken, the boxes lie in the cloth, or the layers lie on one another.
+# Parameters, simulated time [s] and bound of the stretch of cloth [1]. Most times are long enough
+# for the main event of a scene, such as the closing of the knot.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "bin": ({"triangles": 96, "towels": 4}, 0.6, 1.3),
@@ -105,7 +104,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
     elif name not in ("figures", "lift", "pull"):  # in those three, the script does work
-        # Leapfrog's energy oscillates by 1e-3 of the exchanged energy, and contacts only dissipate.
+        # The energy of the leapfrog method oscillates, and contacts only dissipate.
         assert energies().sum() - start.sum() < 0.01 * most
 
 
@@ -164,8 +163,7 @@ def test_asynchronous_steps_keep_the_energy_of_the_swing_for_four_seconds():
         e = sim.report.energy
         total.append(e.kinetic + e.membrane + e.bending + e.gravity)
         kinetic = max(kinetic, e.kinetic)
-    # Semi-implicit Euler at 1 ms loses 0.57 of `kinetic`. Oscillations average out in the mean over
-    # the last tenth of the run.
+    # Oscillations average out in the mean over the last tenth of the run.
     assert np.mean(total[-len(total) // 10 :]) - total[0] == pytest.approx(0.0, abs=0.02 * kinetic)
 
 
@@ -176,8 +174,7 @@ def test_a_dress_that_starts_within_its_thickness_gains_no_energy():
     for _ in range(20):
         sim.step()
         balances.append(sim.report.account.balance)
-    # The energy that restores gaps in the first step counts as work. Friction and stopped
-    # approaches only take energy.
+    # The energy that restores gaps in the first step counts as work.
     assert max(balances) < 0.005
 
 
@@ -185,7 +182,7 @@ def test_a_queue_with_steps_of_10_ms_lets_the_hat_fall_on_the_floor():
     scene = SceneFile.open(SCENES / "uneven.py", {"triangles": 600}).scene()
     sim = ls.Simulation(scene, integrator=ls.Asynchronous(step=1e-2, schedule="queue"))
     impulses = 0
-    while sim.time < 0.4:  # the hat meets the floor at 0.26 s
+    while sim.time < 0.4:  # the hat meets the floor before this time
         sim.step()
         impulses += sim.report.contacts.event_impulses
         assert sim.frame().stretch.max() < 1.15
@@ -242,7 +239,7 @@ def test_no_cloth_intersects_in_any_frame(name):
 def test_a_step_whose_motion_would_be_withheld_is_taken_in_halves(speed, step):
     """A wall hits the edges of eight separate sheets.
 
-    If the step were not halved, certification would withhold all motion of the first step.
+    If the first step were not halved, certification would withhold much of its motion.
     """
     flat, random = ls.grid(size=(0.2, 0.2), cells=(8, 8)), np.random.default_rng(3)
     material = ls.ClothMaterial(

@@ -17,10 +17,9 @@ def test_a_sheet_at_rest_on_a_floor_needs_hardly_any_linear_iterations(integrato
     for _ in range(100):
         sim.step()
         iterations.append(sim.report.solver.linear_iterations)
-    # A solve to 1e-4 of the vanishing right-hand side would take about ten iterations per step.
+    # A tolerance relative to the vanishing right-hand side would require more iterations.
     assert np.mean(iterations) < 2.0
-    # A residual of 1e-4 of the weight would give a free vertex 1e-5 m/s in a step of 10 ms. The
-    # measured velocities are below 1e-7 m/s.
+    # A residual of 1e-4 of the weight would give a free vertex 1e-5 m/s in a step of 10 ms.
     assert np.abs(sim.velocities).max() < 5e-6
     assert np.abs(sim.positions - before).max() < 1e-6
 

@@ -1,4 +1,4 @@
-"""All kernels give the same bits with every instruction set.
+"""Simulations and magnetic fields have the same bits with every instruction set.
 
 The environment variable LOOMSTONE_INSTRUCTIONS restricts the sets that may be chosen.
 """
@@ -13,8 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# Program that runs all kinds of kernels and prints the hash of each result. Fields are evaluated
-# inside their sources, near them and far away.
+# Program that runs kernels of magnetics, cloth, linear solvers and collision detection, and prints
+# the hash of each result. Fields are evaluated inside their sources, near them and far away.
 WORK = """
 import hashlib
 import numpy as np

@@ -1,4 +1,4 @@
-"""Every mistake of a user is reported in one clear sentence; none is silently accepted."""
+"""Mistakes of a user are reported in one clear sentence each."""
 
 import os
 

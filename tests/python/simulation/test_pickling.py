@@ -1,4 +1,6 @@
-"""Inputs, results and stored data can be pickled and copied, and copies give the same bits."""
+"""Sources of fields, magnetisable bodies, frames, topologies, checkpoints and runs can be pickled
+and copied. Copies give the same bits.
+"""
 
 import copy
 import pickle

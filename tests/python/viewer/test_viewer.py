@@ -72,7 +72,7 @@ def test_cloth_that_is_pulled_against_a_ball_stays_outside():
     sim = ls.Simulation(scene(), threads=1)
     lead(sim, _Nothing(), 0.3)
     grip = Holder(scene(), sim).hold(sim, "cloth", 0, (0.1, -0.1, 0.2))
-    grip.goal = np.array([0.0, 0.1, 0.1])  # inside the ball
+    grip.goal = np.array([0.0, 0.1, 0.1])  # on the other side of the ball
     assert lead(sim, grip, 0.5) == 0
 
 

@@ -116,7 +116,7 @@ TEST_CASE("a pendulum of cloth and body keeps its energy in nested steps") {
   scene.bodies[0].velocity = Vec3(0, 1.5, 0);
   scene.bodies[0].angular_velocity = Vec3(0, 0, 2.0);
   Simulation sim(scene, Asynchronous(), 1);
-  // In the first step the strip, which is at rest, receives the velocity of the body.
+  // In the first step, energy is lost when the vertices at rest are joined to the moving body.
   sim.step();
   const double joined = sim.report().account.lost;
   double kinetic = 0.0, lost = 0.0;

@@ -228,7 +228,7 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
   }
   Simulation sim(scene, step_of(0.02), 1);
   // In one step, the plates turn by 0.4 rad in opposite directions and approach each other to a gap
-  // of 0.1 mm. The pinned corner moves down with them.
+  // of 0.1 mm. The pinned corner moves down to the middle of this gap.
   Points targets = sim.positions();
   targets(0, 2) = 0.0;
   sim.set_pin_targets(targets);

@@ -1,6 +1,6 @@
 """The cantilever test of bending (ASTM D1388, option A) [Peirce1930].
 
-A strip 25 mm wide projects from a clamp and bends under its weight per area, w = density * g. The
+A strip 25 mm wide projects from a clamp and bends under its weight, w = density * g per area. The
 overhang l is the length at which the chord from clamp to tip is inclined by 41.5 degrees. The
 standard defines the bending length c = l / 2 and the rigidity w c^3. The reference solution is the
 elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from

@@ -115,7 +115,6 @@ def cusick(
     began = time.perf_counter()
     mesh = specimen(triangles, seed=seed)
     if step is None:
-        # Edges of 10 mm, for which the contact distance is about 1 mm, give 4 ms.
         step = float(np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3))
     simulation = Simulation(
         drape_scene(material, mesh, strain_limit),

@@ -4,7 +4,7 @@
     spack dev-build loomstone@0.1.0
 
 The recipe has not been tried with Spack, and the repository of your Spack may lack some of the
-Python packages, such as py-cmap. tests/python/architecture/test_packages.py compares its
+Python packages, such as py-cmap. tests/python/architecture/test_packages.py compares the recipe's
 dependencies and variants with pyproject.toml and CMake.
 """
 
