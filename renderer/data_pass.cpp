@@ -6,7 +6,7 @@
 namespace loomstone {
 namespace {
 
-const char* vertex_shader = R"(
+const char* data_vertex_shader = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 view, projection;
@@ -20,7 +20,7 @@ void main() {
 }
 )";
 
-const char* fragment_shader = R"(
+const char* data_fragment_shader = R"(
 in vec3 eye_normal;
 in float depth;
 uniform float surface_number;
@@ -39,7 +39,7 @@ DataPass::DataPass(const GL& gl, int width, int height)
     : gl_(&gl),
       width_(width),
       height_(height),
-      program_(gl, "data", vertex_shader, fragment_shader),
+      program_(gl, "data", data_vertex_shader, data_fragment_shader),
       surface_(make_texture(gl, {GL_RGBA32F, width, height})),
       number_(make_texture(
           gl, {.format = GL_R32F, .width = width, .height = height, .pixel_format = GL_RED})),

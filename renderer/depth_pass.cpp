@@ -4,7 +4,7 @@
 namespace loomstone {
 namespace {
 
-const char* vertex_shader = R"(
+const char* depth_vertex_shader = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 view, projection;
@@ -16,7 +16,7 @@ void main() {
 }
 )";
 
-const char* fragment_shader = R"(
+const char* depth_fragment_shader = R"(
 in vec4 normal_depth;
 out vec4 surface;
 void main() {
@@ -31,7 +31,7 @@ DepthPass::DepthPass(const GL& gl, int width, int height)
     : gl_(&gl),
       width_(width),
       height_(height),
-      program_(gl, "depth", vertex_shader, fragment_shader),
+      program_(gl, "depth", depth_vertex_shader, depth_fragment_shader),
       surface_(make_texture(gl, {GL_RGBA32F, width, height})),
       depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)),
       framebuffer_(make_framebuffer(gl)) {

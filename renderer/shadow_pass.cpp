@@ -6,13 +6,13 @@
 namespace loomstone {
 namespace {
 
-const char* vertex_shader = R"(
+const char* shadow_vertex_shader = R"(
 layout(location = 0) in vec3 position;
 uniform mat4 light;
 void main() { gl_Position = light * vec4(position, 1.0); }
 )";
 
-const char* fragment_shader = R"(
+const char* shadow_fragment_shader = R"(
 void main() {}
 )";
 
@@ -41,7 +41,7 @@ LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& hi
 
 ShadowPass::ShadowPass(const GL& gl)
     : gl_(&gl),
-      program_(gl, "shadow", vertex_shader, fragment_shader),
+      program_(gl, "shadow", shadow_vertex_shader, shadow_fragment_shader),
       depth_(make_texture(gl, {.format = GL_DEPTH_COMPONENT32F,
                                .width = resolution,
                                .height = resolution,

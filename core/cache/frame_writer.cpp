@@ -16,8 +16,6 @@ using namespace frame_layout;
 
 namespace {
 
-constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
-
 // Writes the group that identifies the file: format, kind and names.
 void write_description(Hdf5File& file, const std::string& kind,
                        const std::vector<std::string>& names) {

@@ -13,6 +13,9 @@
 
 namespace loomstone {
 
+inline const std::string polydata_root = "/VTKHDF";  // group of the dataset in the file
+inline constexpr std::int64_t table_block = 1024;    // rows per chunk of a table
+
 // A field on points or cells. If `constant` is set, its values are stored once; otherwise every
 // frame has its own values.
 struct PolyDataField {

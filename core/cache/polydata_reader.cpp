@@ -7,8 +7,6 @@ namespace loomstone {
 
 namespace {
 
-const std::string root = "/VTKHDF";
-
 [[noreturn]] void damaged(const Hdf5File& file, const std::string& what) {
   fail<CacheError>("{}: the file is damaged: {}.", file.name(), what);
 }
@@ -16,15 +14,16 @@ const std::string root = "/VTKHDF";
 }  // namespace
 
 PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
-  const auto n_points = file.read_array<std::int64_t>(root + "/NumberOfPoints");
+  const auto n_points = file.read_array<std::int64_t>(polydata_root + "/NumberOfPoints");
   if (n_points.size() != 1 || n_points[0] < 0) damaged(file, "NumberOfPoints is not one count");
   n_points_ = n_points[0];
   read_triangles();
 
   // If the writer was killed between writing the times and the frame count, there is one more time
   // than frames.
-  const Hdf5Rows times = file.open_rows(root + "/Steps/Values", {Number::Float64, 1});
-  const std::int64_t n_frames = std::min(file.attribute(root + "/Steps", "NSteps"), times.size());
+  const Hdf5Rows times = file.open_rows(polydata_root + "/Steps/Values", {Number::Float64, 1});
+  const std::int64_t n_frames =
+      std::min(file.attribute(polydata_root + "/Steps", "NSteps"), times.size());
   if (n_frames < 0 || n_frames > file.length() / 8) damaged(file, "NSteps is not a count");
   times_.resize(static_cast<std::size_t>(n_frames));
   times.read(0, n_frames, times_.data());
@@ -38,7 +37,8 @@ void PolyDataReader::read_triangles() {
     if (vertices[point] < 0 || (static_cast<std::int64_t>(point) < n_vertices_ &&
                                 vertices[point] != static_cast<Index>(point)))
       damaged(*file_, "its points are not in the order of the vertices");
-  const auto connectivity = file_->read_array<std::int64_t>(root + "/Polygons/Connectivity");
+  const auto connectivity =
+      file_->read_array<std::int64_t>(polydata_root + "/Polygons/Connectivity");
   if (connectivity.size() % 3 != 0) damaged(*file_, "its cells are not triangles");
   triangles_.resize(static_cast<Eigen::Index>(connectivity.size() / 3), 3);
   for (std::size_t corner = 0; corner < connectivity.size(); ++corner) {
@@ -50,7 +50,7 @@ void PolyDataReader::read_triangles() {
 
 std::vector<Index> PolyDataReader::constant_indices(const std::string& field,
                                                     std::int64_t n_rows) const {
-  auto values = file_->read_array<std::int32_t>(root + "/" + field);
+  auto values = file_->read_array<std::int32_t>(polydata_root + "/" + field);
   if (static_cast<std::int64_t>(values.size()) < n_rows)
     damaged(*file_, field + " has the wrong length");
   values.resize(static_cast<std::size_t>(n_rows));
@@ -59,7 +59,7 @@ std::vector<Index> PolyDataReader::constant_indices(const std::string& field,
 
 std::vector<double> PolyDataReader::constant_numbers(const std::string& field, std::int64_t n_rows,
                                                      int components) const {
-  auto values = file_->read_array<double>(root + "/" + field);
+  auto values = file_->read_array<double>(polydata_root + "/" + field);
   if (static_cast<std::int64_t>(values.size()) != n_rows * components)
     damaged(*file_, field + " has the wrong length");
   return values;
@@ -86,7 +86,7 @@ void PolyDataReader::read_at_cells(const std::string& field, const RowFormat& fo
 
 void PolyDataReader::read(const std::string& field, const RowFormat& format, Block block,
                           void* values) const {
-  const Hdf5Rows rows = file_->open_rows(root + "/" + field, format);
+  const Hdf5Rows rows = file_->open_rows(polydata_root + "/" + field, format);
   if (block.first < 0 || block.first > rows.size() - block.count)
     damaged(*file_, field + " ends before the last frame");
   rows.read(block.first, block.count, values);

@@ -15,9 +15,6 @@ namespace {
 // make allocations rare, so a process is unlikely to be killed during one. Unused space is a hole
 // in the file and takes no disk space.
 constexpr std::int64_t frames_per_block = 16;
-constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
-
-const std::string root = "/VTKHDF";
 
 std::string below(std::string group, const std::string& name) {
   return group.append("/").append(name);
@@ -34,13 +31,13 @@ PolyDataWriter::PolyDataWriter(const std::string& path, PolyDataMesh mesh,
                                const std::vector<PolyDataField>& cell_fields)
     : file_(Hdf5File::create(path)), mesh_(std::move(mesh)) {
   const auto n_points = static_cast<std::int64_t>(mesh_.vertices.size());
-  file_.create_group(root);
-  file_.write_text_attribute(root, "Type", "PolyData");
-  file_.write_attribute(root, "Version", std::array<std::int64_t, 2>{2, 0});
-  file_.write_array(root + "/NumberOfPoints", Number::Int64, {1}, &n_points);
+  file_.create_group(polydata_root);
+  file_.write_text_attribute(polydata_root, "Type", "PolyData");
+  file_.write_attribute(polydata_root, "Version", std::array<std::int64_t, 2>{2, 0});
+  file_.write_array(polydata_root + "/NumberOfPoints", Number::Int64, {1}, &n_points);
   create_cells(mesh_.triangles);
 
-  const std::string steps = root + "/Steps";
+  const std::string steps = polydata_root + "/Steps";
   file_.create_group(steps);
   file_.write_attribute(steps, "NSteps", std::array<std::int64_t, 1>{0});
   times_ = file_.create_rows(steps + "/Values", {Number::Float64, 1}, {table_block});
@@ -53,7 +50,7 @@ PolyDataWriter::PolyDataWriter(const std::string& path, PolyDataMesh mesh,
 
   const PolyDataField points{"Points", Number::Float64, 3, "m",
                              "positions; row PointOffsets[k] is the first of frame k"};
-  points_ = create_values(root + "/Points", points, n_points);
+  points_ = create_values(polydata_root + "/Points", points, n_points);
   std::vector<PolyDataField> with_vertex = point_fields;
   with_vertex.push_back({"vertex", Number::Int32, 1, "1",
                          "vertex that the point shows; vertices on seams of uv have several points",
@@ -71,7 +68,7 @@ void PolyDataWriter::create_cells(const Triangles& triangles) {
     offsets.push_back(3 * triangle);
   for (const std::string kind : {"Vertices", "Lines", "Polygons", "Strips"}) {
     const bool ours = kind == "Polygons";
-    const std::string group = below(root, kind);
+    const std::string group = below(polydata_root, kind);
     file_.create_group(group);
     file_.write_array(group + "/NumberOfCells", Number::Int64, {1}, ours ? &n_triangles : &none);
     file_.write_array(group + "/NumberOfConnectivityIds", Number::Int64, {1},
@@ -85,11 +82,11 @@ void PolyDataWriter::create_cells(const Triangles& triangles) {
 
 void PolyDataWriter::create_fields(const std::string& group,
                                    const std::vector<PolyDataField>& fields, std::int64_t n_rows) {
-  const std::string offsets = below(root, "Steps/").append(group).append("Offsets");
-  file_.create_group(below(root, group));
+  const std::string offsets = below(polydata_root, "Steps/").append(group).append("Offsets");
+  file_.create_group(below(polydata_root, group));
   file_.create_group(offsets);
   for (const PolyDataField& field : fields) {
-    const std::string path = below(below(root, group), field.name);
+    const std::string path = below(below(polydata_root, group), field.name);
     if (field.constant) {
       const auto shape = field.components == 1
                              ? std::vector<std::int64_t>{n_rows}
@@ -176,7 +173,7 @@ void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);
   if (frame % table_block == 0) file_.flush();
-  file_.update_attribute(root + "/Steps", "NSteps", frame + 1);
+  file_.update_attribute(polydata_root + "/Steps", "NSteps", frame + 1);
   if (n_staged_blocks_ > n_blocks_) stored_.swap(staged_);
   n_blocks_ = n_staged_blocks_;
 }

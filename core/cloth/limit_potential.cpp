@@ -10,9 +10,9 @@ namespace {
 // Modulus that the second phase of the membrane adds (see LimitMode), as a multiple of the modulus
 // of the first phase. Our choice: with smaller values more stretch remains, and larger values
 // require shorter steps.
-constexpr double stiffening = 30.0;
+constexpr double second_modulus = 30.0;
 // Strain at which the third phase begins (see LimitMode), as a multiple of the limit. Our choice.
-constexpr double third_begins = 1.5;
+constexpr double third_strain = 1.5;
 
 // Green strain of a line element with the engineering strain e >= -1.
 double green(double e) { return e + 0.5 * e * e; }
@@ -22,20 +22,20 @@ double bounded(double limit, std::optional<double> bound) {
 }
 
 void limit_extension(double limit, LimitMode& mode) {
-  mode.high = green(limit), mode.far_high = green(third_begins * limit);
+  mode.high = green(limit), mode.far_high = green(third_strain * limit);
 }
 
 void limit_compression(double limit, LimitMode& mode) {
   if (limit <= -1.0) return;
-  mode.low = green(limit), mode.far_low = green(std::max(-1.0, third_begins * limit));
+  mode.low = green(limit), mode.far_low = green(std::max(-1.0, third_strain * limit));
 }
 
 LimitModes element_modes(const StrainLimit& limit, const MembraneConstants& m,
                          std::optional<double> bound) {
   LimitModes modes;
   modes[0].d11 = 1.0, modes[1].d22 = 1.0, modes[2].d12 = 0.5;
-  modes[0].modulus = stiffening * m.a11, modes[1].modulus = stiffening * m.a22;
-  modes[2].modulus = stiffening * 4.0 * m.g;
+  modes[0].modulus = second_modulus * m.a11, modes[1].modulus = second_modulus * m.a22;
+  modes[2].modulus = second_modulus * 4.0 * m.g;
   limit_extension(bounded(limit.weft, bound), modes[0]);
   limit_extension(bounded(limit.warp, bound), modes[1]);
   limit_compression(limit.weft_min, modes[0]);
@@ -44,8 +44,8 @@ LimitModes element_modes(const StrainLimit& limit, const MembraneConstants& m,
   // the Green strain E12 equals this shear except for terms of third order.
   modes[2].high = bounded(limit.shear, bound);
   modes[2].low = limit.shear_min.value_or(-modes[2].high);
-  modes[2].far_high = third_begins * modes[2].high;
-  modes[2].far_low = third_begins * modes[2].low;
+  modes[2].far_high = third_strain * modes[2].high;
+  modes[2].far_low = third_strain * modes[2].low;
   return modes;
 }
 
@@ -58,7 +58,7 @@ LimitModes edge_modes(const StrainLimit& limit, const MembraneConstants& m, cons
     modes[k].d11 = c, modes[k].d22 = s, modes[k].d12 = edge.x() * edge.y();
     limit_extension(bounded(limit.edge_bound(), bound), modes[k]);
     modes[k].modulus =
-        stiffening * (m.a11 * c * c + m.a22 * s * s + (2.0 * m.a12 + 4.0 * m.g) * c * s);
+        second_modulus * (m.a11 * c * c + m.a22 * s * s + (2.0 * m.a12 + 4.0 * m.g) * c * s);
   }
   return modes;
 }

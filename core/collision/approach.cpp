@@ -165,9 +165,9 @@ Approach joined(const std::vector<Approach>& parts) {
 // Collects the pairs that test.look() finds in each task of the broad phase. The order of tasks
 // does not depend on the number of threads.
 template <class Test>
-class Candidates final : public PairSink {
+class CandidateSink final : public PairSink {
  public:
-  explicit Candidates(const Test& test) : test_(test) {}
+  explicit CandidateSink(const Test& test) : test_(test) {}
   void prepare(Index n_tasks) override { parts_.assign(n_tasks, {}); }
   void take(Index task, Index surface_pair, ContactKind kind, std::vector<PairKey>& keys) override {
     for (const PairKey key : keys) test_.look({kind, key, surface_pair, false}, parts_[task]);
@@ -254,7 +254,7 @@ Approach ApproachSearch::find_unlisted(const Team& team, const PairTest& test,
   const WorkTimer<double> timing = lists_.unlisted_timer();
   const double thickness = *std::max_element(thickness_.begin(), thickness_.end());
   const double margin = 0.5 * (thickness + added_reach(test.motion));  // of each feature [m]
-  Candidates<PairTest> candidates(test);
+  CandidateSink<PairTest> candidates(test);
   broad_phase_.swept_pairs(team, {test.motion.x0, x1_, margin}, which, candidates);
   return joined(candidates.parts());
 }

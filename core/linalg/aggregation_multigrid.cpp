@@ -16,10 +16,6 @@ namespace {
 
 constexpr Index largest_factor = 32;  // upper bound for the number of nodes on the coarsest level
 
-void add_block(const double* block, double* sum) {
-  for (int e = 0; e < 9; ++e) sum[e] += block[e];
-}
-
 // Returns the sum of a . b over the nodes [first, last).
 template <class>
 LOOMSTONE_INLINE double dots(Index first, Index last, const float* a, const float* b) {

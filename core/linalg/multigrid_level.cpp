@@ -62,10 +62,6 @@ void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& bod
                   });
 }
 
-void add_block(const double* block, double* sum) {
-  for (int e = 0; e < 9; ++e) sum[e] += block[e];
-}
-
 }  // namespace
 
 std::vector<std::pair<Index, Index>> MultigridLevel::group(std::vector<Index> first_children) {

@@ -14,6 +14,11 @@
 
 namespace loomstone {
 
+// Adds a 3x3 block to a sum of blocks.
+inline void add_block(const double* block, double* sum) {
+  for (int e = 0; e < 9; ++e) sum[e] += block[e];
+}
+
 struct MultigridLevel {
   // Nodes that this rank computes, and the nodes of the next level that consist of them.
   struct Range {

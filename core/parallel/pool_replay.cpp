@@ -9,6 +9,7 @@
 #include <queue>
 #include <utility>
 
+#include "core/parallel/pool_message.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {
@@ -42,17 +43,15 @@ void set_busy(const std::vector<double>& busy, ReplayReport& report) {
       std::accumulate(busy.begin(), busy.end(), 0.0) / static_cast<double>(busy.size());
 }
 
-using Tests = std::vector<Index>;
-
-enum class Kind { Request, Refusal, Task, Wave, Counts, End };
+using TestNumbers = std::vector<Index>;
 
 struct Message {
   double arrival;
-  Kind kind;
+  PoolMessage kind;
   int from;
   std::int32_t wave = 0;
   std::int64_t sent = 0, received = 0;
-  Tests tests = {};
+  TestNumbers tests = {};
 };
 
 // State of a simulated rank. The rules are those of TaskPool.
@@ -62,8 +61,8 @@ struct Rank {
   bool passive() const { return stack.empty() && pool.empty(); }
 
   Termination termination;
-  Tests stack;
-  std::deque<Tests> pool;  // oldest task first
+  TestNumbers stack;
+  std::deque<TestNumbers> pool;  // oldest task first
   std::vector<Message> inbox;
   double next = never;  // time of the next event of this rank [s]
   double free = 0.0;    // time at which the current work of this rank ends [s]
@@ -183,23 +182,23 @@ class Simulated {
   double handle(int rank, Message message, double time) {
     Rank& own = ranks_[rank];
     switch (message.kind) {
-      case Kind::Request:
+      case PoolMessage::Request:
         return answer(rank, message.from, time);
-      case Kind::Refusal:
+      case PoolMessage::Refusal:
         own.waiting = false;
         return time;
-      case Kind::Task:
+      case PoolMessage::Task:
         own.waiting = false;
         ++own.received;
         own.pool.push_back(std::move(message.tests));
         return time;
-      case Kind::Wave:
+      case PoolMessage::Wave:
         own.termination.begin(message.wave);
-        return tell_children(rank, Kind::Wave, time);
-      case Kind::Counts:
+        return tell_children(rank, PoolMessage::Wave, time);
+      case PoolMessage::Counts:
         own.termination.add(message.sent, message.received);
         return time;
-      case Kind::End:
+      case PoolMessage::End:
         break;
     }
     return finish(rank, time);
@@ -213,7 +212,7 @@ class Simulated {
     if (own.victim == rank) own.victim = (own.victim + 1) % size;
     own.waiting = true;
     ++report_.requests;
-    return send(own.victim, {0.0, Kind::Request, rank}, time);
+    return send(own.victim, {0.0, PoolMessage::Request, rank}, time);
   }
 
   double answer(int rank, int to, double time) {
@@ -221,9 +220,9 @@ class Simulated {
     const std::size_t kept = own.stack.empty() ? 1 : 0;  // idle ranks keep one task
     if (own.pool.size() <= kept) {
       ++report_.refusals;
-      return send(to, {0.0, Kind::Refusal, rank}, time);
+      return send(to, {0.0, PoolMessage::Refusal, rank}, time);
     }
-    Message message{0.0, Kind::Task, rank};
+    Message message{0.0, PoolMessage::Task, rank};
     message.tests = std::move(own.pool.front());
     own.pool.pop_front();
     ++own.sent, ++report_.transfers;
@@ -236,23 +235,23 @@ class Simulated {
     if (!termination.ready()) return time;
     termination.contribute(own.sent, own.received);
     if (rank != 0)
-      return send(
-          termination.parent(),
-          {0.0, Kind::Counts, rank, termination.wave(), termination.sent(), termination.received()},
-          time);
+      return send(termination.parent(),
+                  {0.0, PoolMessage::Counts, rank, termination.wave(), termination.sent(),
+                   termination.received()},
+                  time);
     ++report_.waves;
     if (termination.done()) return finish(rank, time);
     termination.begin(termination.wave() + 1);
-    return tell_children(rank, Kind::Wave, time);
+    return tell_children(rank, PoolMessage::Wave, time);
   }
 
   double finish(int rank, double time) {
-    time = tell_children(rank, Kind::End, time);
+    time = tell_children(rank, PoolMessage::End, time);
     ranks_[rank].end = time;
     return time;
   }
 
-  double tell_children(int rank, Kind kind, double time) {
+  double tell_children(int rank, PoolMessage kind, double time) {
     const Termination& termination = ranks_[rank].termination;
     for (int child = termination.first_child(); child < termination.last_child(); ++child)
       time = send(child, {0.0, kind, rank, termination.wave()}, time);
@@ -306,7 +305,7 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network) {
   std::vector<double> busy;
   ReplayReport report;
   for (int rank = 0; rank < tests.n_ranks(); ++rank) {
-    Tests stack = tests.roots[rank];
+    TestNumbers stack = tests.roots[rank];
     double seconds = 0.0;
     while (!stack.empty()) {
       const Index test = stack.back();

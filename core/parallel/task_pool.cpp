@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/parallel/patience.h"
+#include "core/parallel/pool_message.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {
@@ -29,14 +30,13 @@ double seconds_since(Clock::time_point start) {
 // the time.
 constexpr std::int64_t tests_per_look = 4;
 
-enum class Kind : std::int32_t { Request, Refusal, Task, Wave, Counts, End };
-
 // First bytes of every message. In a message of the kind Task, the tests of the task follow.
 struct Header {
-  Kind kind;
+  PoolMessage kind;
   std::int32_t round;
   std::int32_t from, wave;
-  std::int64_t sent, received;  // tasks sent and received by a subtree of ranks (Kind::Counts)
+  std::int64_t sent,
+      received;  // tasks sent and received by a subtree of ranks (PoolMessage::Counts)
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.
@@ -129,7 +129,7 @@ class PoolRun {
   void answer(int rank);
   void contribute();
   void end();
-  void send(int to, Kind kind, std::int64_t sent = 0, std::int64_t received = 0);
+  void send(int to, PoolMessage kind, std::int64_t sent = 0, std::int64_t received = 0);
 
   Mailbox& mailbox_;
   const PoolOptions& options_;
@@ -256,13 +256,13 @@ void PoolRun::handle(const std::vector<std::byte>& message) {
   // Requests and refusals may still be on their way when a run ends. The next run ignores them.
   if (header.round < round_) return;
   switch (header.kind) {
-    case Kind::Request:
+    case PoolMessage::Request:
       answer(header.from);
       break;
-    case Kind::Refusal:
+    case PoolMessage::Refusal:
       waiting_ = false;
       break;
-    case Kind::Task: {
+    case PoolMessage::Task: {
       Tests tests((message.size() - sizeof header) / sizeof(NodeTest));
       std::memcpy(tests.data(), message.data() + sizeof header, tests.size() * sizeof(NodeTest));
       ++report_.received;
@@ -271,15 +271,15 @@ void PoolRun::handle(const std::vector<std::byte>& message) {
       tasks_.put(std::move(tests));
       break;
     }
-    case Kind::Wave:
+    case PoolMessage::Wave:
       termination_.begin(header.wave);
       for (int child = termination_.first_child(); child < termination_.last_child(); ++child)
-        send(child, Kind::Wave);
+        send(child, PoolMessage::Wave);
       break;
-    case Kind::Counts:
+    case PoolMessage::Counts:
       termination_.add(header.sent, header.received);
       break;
-    case Kind::End:
+    case PoolMessage::End:
       end();
   }
 }
@@ -290,18 +290,18 @@ void PoolRun::ask() {
   if (victim_ == mailbox_.rank()) victim_ = (victim_ + 1) % mailbox_.size();
   waiting_ = true;
   ++report_.requests;
-  send(victim_, Kind::Request);
+  send(victim_, PoolMessage::Request);
 }
 
 void PoolRun::answer(int rank) {
   const std::optional<Tests> tests = tasks_.give();
   if (!tests) {
     ++report_.refusals;
-    send(rank, Kind::Refusal);
+    send(rank, PoolMessage::Refusal);
     return;
   }
   ++report_.transfers;
-  const Header header{Kind::Task, round_, mailbox_.rank(), 0, 0, 0};
+  const Header header{PoolMessage::Task, round_, mailbox_.rank(), 0, 0, 0};
   std::vector<std::byte> message(sizeof header + tests->size() * sizeof(NodeTest));
   std::memcpy(message.data(), &header, sizeof header);
   std::memcpy(message.data() + sizeof header, tests->data(), tests->size() * sizeof(NodeTest));
@@ -314,23 +314,23 @@ void PoolRun::contribute() {
   if (!termination_.ready() || ended_ || !tasks_.passive()) return;
   termination_.contribute(report_.transfers, report_.received);
   if (mailbox_.rank() != 0) {
-    send(termination_.parent(), Kind::Counts, termination_.sent(), termination_.received());
+    send(termination_.parent(), PoolMessage::Counts, termination_.sent(), termination_.received());
   } else if (termination_.done()) {
     end();
   } else {
     termination_.begin(termination_.wave() + 1);
     for (int child = termination_.first_child(); child < termination_.last_child(); ++child)
-      send(child, Kind::Wave);
+      send(child, PoolMessage::Wave);
   }
 }
 
 void PoolRun::end() {
   for (int child = termination_.first_child(); child < termination_.last_child(); ++child)
-    send(child, Kind::End);
+    send(child, PoolMessage::End);
   ended_ = true;
 }
 
-void PoolRun::send(int to, Kind kind, std::int64_t sent, std::int64_t received) {
+void PoolRun::send(int to, PoolMessage kind, std::int64_t sent, std::int64_t received) {
   const Header header{kind, round_, mailbox_.rank(), termination_.wave(), sent, received};
   mailbox_.send(to, &header, sizeof header);
 }

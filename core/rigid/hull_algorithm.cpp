@@ -15,7 +15,7 @@ using Corners = HullOnTriangles::Corners;
 
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
 // Least cosine of the angle between normals in consecutive steps that count as one plane.
-constexpr btScalar same_plane = 0.9;
+constexpr btScalar same_normal = 0.9;
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;
@@ -161,11 +161,11 @@ class HullAlgorithm : public btCollisionAlgorithm {
       if (used_[m]) continue;
       const bool empty = manifolds_[m]->getNumContacts() == 0;
       const btScalar along =
-          empty ? same_plane
+          empty ? same_normal
                 : manifolds_[m]->getContactPoint(0).m_normalWorldOnB.dot(normal_on_second);
       if (along > most) chosen = m, most = along;
     }
-    if (most < same_plane) manifolds_[chosen]->clearManifold();
+    if (most < same_normal) manifolds_[chosen]->clearManifold();
     return chosen;
   }
 

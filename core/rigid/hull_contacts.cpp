@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // sine of the largest angle that counts as zero
+constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
 
@@ -88,7 +88,7 @@ bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& tri
         shares &= std::find(other.begin(), other.end(), triangle[k]) != other.end();
     if (!shares) continue;
     for (const Vec3& corner : other)
-      if (direction.dot(corner - from) > same_plane * (corner - from).norm()) return false;
+      if (direction.dot(corner - from) > zero_sine * (corner - from).norm()) return false;
   }
   return true;
 }
@@ -131,7 +131,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
       const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
       const Vec3 across = along.cross(reach);
       const double length = across.norm();
-      if (length < same_plane * along.norm() * reach.norm()) continue;
+      if (length < zero_sine * along.norm() * reach.norm()) continue;
       // An edge of the hull has contacts only in directions between the normals of its faces. A
       // side of the triangle has contacts only in directions away from the triangle.
       const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);

@@ -12,7 +12,7 @@ using namespace loomstone::test;
 
 namespace {
 
-ClothMaterial soft() {
+ClothMaterial newton_material() {
   ClothMaterial m;
   m.weft_stiffness = 300, m.warp_stiffness = 200, m.shear_stiffness = 100;
   return m;
@@ -29,7 +29,7 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.implicit()->bending = BendingInStep::Implicit, o.newton()->newton_tolerance = 1e-13;
-  ClothRun run = make_run(mesh, soft(), o, {1e-3, {}, Vec3(0, 0, -9.81), element});
+  ClothRun run = make_run(mesh, newton_material(), o, {1e-3, {}, Vec3(0, 0, -9.81), element});
   start(run, o);
   const double radius = 0.08;
   for (Index i = 0; i < mesh.n_vertices(); ++i) {
@@ -69,7 +69,7 @@ TEST_CASE(
   std::vector<Index> pins;
   for (Index i = 0; i < mesh.n_vertices(); ++i)
     if (std::abs(mesh.vertices()(i, 0)) > 0.1 - 1e-9) pins.push_back(i);
-  ClothRun run = make_run(mesh, soft(), o, {1e-5, pins, Vec3(0, 0, -9.81), element});
+  ClothRun run = make_run(mesh, newton_material(), o, {1e-5, pins, Vec3(0, 0, -9.81), element});
   start(run, o);
   int most = 0;
   for (int k = 0; k < 40; ++k) {
@@ -93,11 +93,11 @@ TEST_CASE(
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
   IntegratorOptions o = exact_options("backward-euler", 1e-3);
   o.newton()->newton_tolerance = 1e-30, o.newton()->max_newton_iterations = 3;
-  ClothRun run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
+  ClothRun run = make_run(mesh, newton_material(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
   start(run, o);
   CHECK_THROWS_WITH(run.advance(),
                     Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
-  run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
+  run = make_run(mesh, newton_material(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
   run.force(7, 0) = 100.0;  // [N], pulls one vertex away
   o.newton()->max_newton_iterations = 1;
   start(run, o);
@@ -115,7 +115,7 @@ TEST_CASE("Newton loops move cloth without loads at constant velocity") {
   CAPTURE(method, speed);
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 12, 12);
   const IntegratorOptions o = exact_options(method.c_str(), 4e-3);
-  ClothRun run = make_run(mesh, soft(), o, {1e-5, {}, Vec3::Zero()});
+  ClothRun run = make_run(mesh, newton_material(), o, {1e-5, {}, Vec3::Zero()});
   const Vec3 velocity = speed * Vec3(0.6, 0.0, 0.8);
   // Turned, so that the strains are not zero but rounding errors.
   const Eigen::AngleAxisd turn(0.4, Vec3(1, 0.3, 0).normalized());

@@ -29,7 +29,7 @@ TriangleMesh without_uv(const TriangleMesh& mesh) {
 }
 
 const Mat3 some_turn = Eigen::AngleAxisd(0.9, Vec3(1, -2, 1).normalized()).toRotationMatrix();
-constexpr double rounding = 1e-14;  // rounding error of coordinates of order one
+constexpr double coordinate_rounding = 1e-14;  // rounding error of coordinates of order one
 
 }  // namespace
 
@@ -58,7 +58,7 @@ TEST_CASE(
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
     const Corners2& corners = rest[static_cast<std::size_t>(t)];
     CHECK(signed_area(corners) > 0.0);
-    CHECK(stretch_error(mesh, t, corners) < rounding * 10);
+    CHECK(stretch_error(mesh, t, corners) < coordinate_rounding * 10);
     for (int c = 1; c < 3; ++c) {
       const Vec2 expected = (uv.row(mesh.triangles()(t, c)) - uv.row(mesh.triangles()(t, 0))) / 5.0;
       // The direction of weft comes from differences of coordinates, which amplify rounding.
@@ -101,7 +101,7 @@ TEST_CASE(
     for (int c = 0; c < 3; ++c) {
       CHECK(rest[i].row(c) == flat.vertices().row(flat.triangles()(t, c)).head<2>());
       CHECK((rest_x[i].row(c) - flat.vertices().row(flat.triangles()(t, c)).head<2>()).norm() <
-            rounding);
+            coordinate_rounding);
     }
     CHECK(signed_area(rest_tilted[i]) > 0.0);
     CHECK(stretch_error(tilted, t, rest_tilted[i]) < 1e-13);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-std::array<int, 4> pixel(const Image& image, int x, int y) {
+std::array<int, 4> pixel_with_alpha(const Image& image, int x, int y) {
   const std::size_t channels = static_cast<std::size_t>(image.channels);
   const std::uint8_t* at =
       &image.pixels[channels * (static_cast<std::size_t>(y) * image.width + x)];
@@ -74,7 +74,7 @@ TEST_CASE("a surface has the colour of its look", "[renderer]") {
         if (id == 0 || id != seen.id[at - 1] || id != seen.id[at + 1] ||
             id != seen.id[at - image.width] || id != seen.id[at + image.width])
           continue;  // edge pixels are blended
-        const std::array<int, 4> shown = pixel(image, x, y);
+        const std::array<int, 4> shown = pixel_with_alpha(image, x, y);
         const int main = (channel + (id == 1)) % 3;
         wrong += shown[main] <= shown[(main + 1) % 3] || shown[main] <= shown[(main + 2) % 3];
         balls += id == 2;
@@ -90,19 +90,20 @@ TEST_CASE("a texture lies where its uv say, repeats by its width, and shows the 
   scene.topology.cloth_looks = {Look{Vec3(0, 0, 0), 1.0, four_colors(), 0.0}};
   {
     const Image image = Renderer(scene.topology, square_options()).render(scene.frame);
-    CHECK(strongest(pixel(image, 32, 32)) == 0);  // the first row of the image is the upper edge
-    CHECK(strongest(pixel(image, 96, 32)) == 1);
-    CHECK(strongest(pixel(image, 32, 96)) == 2);
-    const std::array<int, 4> through = pixel(image, 96, 96);
+    CHECK(strongest(pixel_with_alpha(image, 32, 32)) ==
+          0);  // the first row of the image is the upper edge
+    CHECK(strongest(pixel_with_alpha(image, 96, 32)) == 1);
+    CHECK(strongest(pixel_with_alpha(image, 32, 96)) == 2);
+    const std::array<int, 4> through = pixel_with_alpha(image, 96, 96);
     CHECK(std::max({through[0], through[1], through[2]}) < 90);  // black, but for specular light
   }
   scene.topology.cloth_looks[0].texture_width = 0.25;
   const Image image = Renderer(scene.topology, square_options()).render(scene.frame);
   for (const int x : {16, 80})
     for (const int y : {16, 80}) {
-      CHECK(strongest(pixel(image, x, y)) == 0);
-      CHECK(strongest(pixel(image, x + 32, y)) == 1);
-      CHECK(strongest(pixel(image, x, y + 32)) == 2);
+      CHECK(strongest(pixel_with_alpha(image, x, y)) == 0);
+      CHECK(strongest(pixel_with_alpha(image, x + 32, y)) == 1);
+      CHECK(strongest(pixel_with_alpha(image, x, y + 32)) == 2);
     }
 }
 
@@ -123,7 +124,7 @@ TEST_CASE("a body has a texture by its uv", "[renderer]") {
   scene.frame.body_vertices.resize(4, 3);
   scene.frame.body_vertices << -0.2, 0, -0.2, 0.2, 0, -0.2, 0.2, 0, 0.2, -0.2, 0, 0.2;
   const Image image = Renderer(scene.topology, square_options()).render(scene.frame);
-  CHECK(strongest(pixel(image, 64, 64)) == 2);
+  CHECK(strongest(pixel_with_alpha(image, 64, 64)) == 2);
 }
 
 TEST_CASE("smooth surfaces have smaller and brighter highlights", "[renderer]") {
@@ -135,7 +136,7 @@ TEST_CASE("smooth surfaces have smaller and brighter highlights", "[renderer]") 
     RenderOptions options = square_options();
     options.floor = false;
     const Image image = Renderer(scene.topology, options).render(scene.frame);
-    return std::array{pixel(image, 64, 64)[0], pixel(image, 84, 64)[0]};
+    return std::array{pixel_with_alpha(image, 64, 64)[0], pixel_with_alpha(image, 84, 64)[0]};
   };
   const auto [polished, aside] = drawn(0.2);
   const auto [matt, matt_aside] = drawn(1.0);
@@ -153,8 +154,8 @@ TEST_CASE("a floor with a colour shows it, and fades into the backdrop", "[rende
   const Image plain = Renderer(scene.topology, options).render(scene.frame);
   scene.topology.body_looks[1].color = Vec3(1, 0, 0);
   const Image red = Renderer(scene.topology, options).render(scene.frame);
-  CHECK(strongest(pixel(red, 160, 170)) == 0);
-  CHECK(strongest(pixel(plain, 160, 170)) == -1);
+  CHECK(strongest(pixel_with_alpha(red, 160, 170)) == 0);
+  CHECK(strongest(pixel_with_alpha(plain, 160, 170)) == -1);
 }
 
 TEST_CASE("without a background, alpha is 0 outside, 1 inside and between them in shadows",
@@ -166,8 +167,8 @@ TEST_CASE("without a background, alpha is 0 outside, 1 inside and between them i
   const Image image = renderer.render(scene.frame);
   REQUIRE(image.channels == 4);
   const SurfaceImages seen = renderer.surfaces(scene.frame);
-  CHECK(pixel(image, 1, 1)[3] == 0);
-  CHECK(pixel(image, 318, 1)[3] == 0);
+  CHECK(pixel_with_alpha(image, 1, 1)[3] == 0);
+  CHECK(pixel_with_alpha(image, 318, 1)[3] == 0);
   const auto all_are = [&](int x, int y, std::int32_t id) {  // the pixel and its neighbours
     for (int k = 0; k < 9; ++k)
       if (seen.id[static_cast<std::size_t>(y + k / 3 - 1) * image.width + x + k % 3 - 1] != id)
@@ -177,7 +178,7 @@ TEST_CASE("without a background, alpha is 0 outside, 1 inside and between them i
   int shadows = 0, cloth = 0, wrong = 0;
   for (int y = 1; y + 1 < image.height; ++y)
     for (int x = 1; x + 1 < image.width; ++x) {
-      const std::array<int, 4> shown = pixel(image, x, y);
+      const std::array<int, 4> shown = pixel_with_alpha(image, x, y);
       if (all_are(x, y, 1)) ++cloth, wrong += shown[3] != 255;
       if (all_are(x, y, 3)) shadows += shown[3] > 40, wrong += shown[3] > 0 && shown[0] > 0;
     }

@@ -10,8 +10,6 @@ using namespace loomstone;
 
 namespace {
 
-const Vec3 gravity(0, 0, -9.81);
-
 // Height of the lowest vertex of the body's mesh above z = 0 [m].
 double clearance(const RigidWorld& world, const RigidState& state, Index body,
                  const TriangleMesh& mesh) {

@@ -14,8 +14,6 @@ using namespace loomstone;
 
 namespace {
 
-const Vec3 gravity(0, 0, -9.81);
-
 // Returns the contacts of a hull at a pose, in world axes.
 std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron& hull,
                                      const Vec3& at, const Mat3& turned, double near) {

@@ -32,8 +32,6 @@ MassProperties by_quadrature(const TriangleMesh& mesh, double density) {
   return result;
 }
 
-const Mat3 turn = rotation_matrix(quaternion_from_rotation_vector(Vec3(0.3, -1.1, 0.7)));
-
 }  // namespace
 
 TEST_CASE("a box has the mass and inertia of the closed form") {

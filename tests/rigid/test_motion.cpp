@@ -20,8 +20,6 @@ Vec3 spin_momentum(const RigidState& state, const MassProperties& mass) {
          state.angular_velocities.row(0).transpose();
 }
 
-const Mat3 turn = rotation_matrix(quaternion_from_rotation_vector(Vec3(0.3, -1.1, 0.7)));
-
 }  // namespace
 
 TEST_CASE("a falling sphere follows symplectic Euler to rounding") {

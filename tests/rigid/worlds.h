@@ -4,10 +4,15 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/rotation.h"
 #include "core/mesh/generators.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {
+
+inline const Vec3 gravity(0, 0, -9.81);
+// A rotation about an axis that is parallel to no edge of a body.
+inline const Mat3 turn = rotation_matrix(quaternion_from_rotation_vector(Vec3(0.3, -1.1, 0.7)));
 
 inline std::shared_ptr<const TriangleMesh> shared(TriangleMesh mesh) {
   return std::make_shared<const TriangleMesh>(std::move(mesh));

@@ -4,25 +4,21 @@
 #include <cstring>
 #include <numeric>
 
+#include "core/base/simd.h"
 #include "core/base/sort_unique.h"
 #include "core/cloth/bending/hinge_kernels.h"
 
 namespace loomstone {
 
-namespace {
-constexpr Index lanes = 8;
-constexpr Index batches_per_range = 32;
-}  // namespace
-
 HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<double> rest_angles)
     : hinges_(std::move(hinges)), rest_angles_(std::move(rest_angles)) {
   vertices_.resize(static_cast<std::size_t>(n_batches()) * hinge::vertex_stride);
   rest_lanes_.resize(static_cast<std::size_t>(n_batches()) * hinge::angle_stride);
-  for (Index e = 0; e < n_batches() * lanes; ++e) {
+  for (Index e = 0; e < n_batches() * n_lanes; ++e) {
     const Index source = std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge
-    const std::size_t batch = e / lanes, lane = e % lanes;
+    const std::size_t batch = e / n_lanes, lane = e % n_lanes;
     for (int j = 0; j < 4; ++j)
-      vertices_[hinge::vertex_stride * batch + lanes * j + lane] = hinges_[source].vertices[j];
+      vertices_[hinge::vertex_stride * batch + n_lanes * j + lane] = hinges_[source].vertices[j];
     rest_lanes_[e] = rest_angles_[source];
   }
   of_vertices_.start.assign(n_vertices + 1, 0);
@@ -82,7 +78,7 @@ void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
       }
     range.chunk_start.push_back(static_cast<Index>(range.hinges.size()));
   }
-  for (const Index e : range.hinges) range.batches.push_back(e / lanes);
+  for (const Index e : range.hinges) range.batches.push_back(e / n_lanes);
   sort_unique(range.batches);
 }
 
@@ -101,7 +97,7 @@ void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, con
   const hinge::Output out{values.difference.data(), values.half_sine.data(),
                           values.half_cosine.data(), v ? values.rate.data() : nullptr,
                           with_gradient ? values.gradient.data() : nullptr};
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+  parallel_ranges(team, static_cast<Index>(batches.size()), hinge::batches_per_range,
                   [&](Index first, Index last) {
                     hinge::angles({vertices_.data(), rest_lanes_.data()}, batches.data() + first,
                                   last - first, x.data(), v ? v->data() : nullptr, out);

@@ -7,6 +7,8 @@
 
 namespace loomstone::hinge {
 
+inline constexpr Index batches_per_range = 32;  // least number of batches per thread
+
 // Entries per batch in each table; for gradients, entries per hinge.
 inline constexpr int vertex_stride = 4 * 8, angle_stride = 8;
 inline constexpr int gradient_stride = 16;  // per hinge: 4 vertices x (3 components and a zero)

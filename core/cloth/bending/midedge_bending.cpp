@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "core/base/simd.h"
 #include "core/cloth/bending/bending.h"
 #include "core/cloth/bending/bending_setup.h"
 #include "core/cloth/bending/hinge_hessian.h"
@@ -16,9 +17,6 @@
 namespace loomstone {
 
 namespace {
-
-constexpr Index lanes = 8;
-constexpr Index batches_per_range = 32;
 
 class MidedgeBending final : public Bending {
  public:
@@ -113,26 +111,26 @@ MidedgeBending::MidedgeBending(const BendingSetup& setup)
 
 void MidedgeBending::build_tables(const BendingSetup& setup,
                                   const std::vector<midedge::Element>& elements) {
-  const std::size_t n_batches = (n_triangles_ + lanes - 1) / lanes;
+  const std::size_t n_batches = (n_triangles_ + n_lanes - 1) / n_lanes;
   element_hinges_.assign(n_batches * midedge::hinge_stride, 0);
   curvature_.assign(n_batches * midedge::curvature_stride, 0.0);
   rigidity_.assign(n_batches * midedge::rigidity_stride, 0.0);
   element_moments_.assign(n_batches * midedge::hinge_stride, 0.0);
   slot_start_.assign(hinges_.n_hinges() + 1, 0);
   for (Index t = 0; t < n_triangles_; ++t) {
-    const std::size_t batch = t / lanes, lane = t % lanes;
+    const std::size_t batch = t / n_lanes, lane = t % n_lanes;
     const midedge::Element& element = elements[t];
     for (int s = 0; s < element.n_hinges; ++s) {
-      element_hinges_[midedge::hinge_stride * batch + lanes * s + lane] = element.hinge[s];
+      element_hinges_[midedge::hinge_stride * batch + n_lanes * s + lane] = element.hinge[s];
       for (int c = 0; c < 3; ++c)
-        curvature_[midedge::curvature_stride * batch + 24 * s + lanes * c + lane] =
+        curvature_[midedge::curvature_stride * batch + 24 * s + n_lanes * c + lane] =
             element.curvature[s][c];
       ++slot_start_[element.hinge[s] + 1];
     }
     const Mat3& w = element.rigidity;
     const double row[7] = {w(0, 0), w(0, 1), w(0, 2), w(1, 1), w(1, 2), w(2, 2), setup.damping[t]};
     for (int k = 0; k < 7; ++k)
-      rigidity_[midedge::rigidity_stride * batch + lanes * k + lane] = row[k];
+      rigidity_[midedge::rigidity_stride * batch + n_lanes * k + lane] = row[k];
   }
   for (Index e = 0; e < hinges_.n_hinges(); ++e) slot_start_[e + 1] += slot_start_[e];
   slots_.resize(slot_start_.back());
@@ -140,7 +138,7 @@ void MidedgeBending::build_tables(const BendingSetup& setup,
   for (Index t = 0; t < n_triangles_; ++t)
     for (int s = 0; s < elements[t].n_hinges; ++s)
       slots_[fill[elements[t].hinge[s]]++] =
-          (t / lanes) * midedge::hinge_stride + lanes * s + t % lanes;
+          (t / n_lanes) * midedge::hinge_stride + n_lanes * s + t % n_lanes;
 }
 
 void MidedgeBending::build_pairs(const BendingSetup& setup,
@@ -153,9 +151,9 @@ void MidedgeBending::build_pairs(const BendingSetup& setup,
     for (Index k = slot_start_[e]; k < slot_start_[e + 1]; ++k) {
       const Index batch = slots_[k] / midedge::hinge_stride,
                   rest = slots_[k] % midedge::hinge_stride;
-      const Index t = batch * lanes + rest % lanes;
+      const Index t = batch * n_lanes + rest % n_lanes;
       const midedge::Element& element = elements[t];
-      const Vec3 moment = element.rigidity * element.curvature[rest / lanes];
+      const Vec3 moment = element.rigidity * element.curvature[rest / n_lanes];
       for (int s = 0; s < element.n_hinges; ++s) {
         const double q = moment.dot(element.curvature[s]);
         std::array<double, 2>& entry = row[element.hinge[s]];
@@ -194,7 +192,7 @@ void MidedgeBending::select_rows(Index begin, Index end) const {
                      [&](Index v) { return v >= begin && v < end; }))
       continue;
     s.hinges.push_back(e);
-    batch[e / lanes] = 1;
+    batch[e / n_lanes] = 1;
     for (Index k = slot_start_[e]; k < slot_start_[e + 1]; ++k)
       triangle_batch[slots_[k] / midedge::hinge_stride] = 1;
   }
@@ -203,7 +201,7 @@ void MidedgeBending::select_rows(Index begin, Index end) const {
     s.triangle_batches.push_back(b);
     const Index* first =
         element_hinges_.data() + midedge::hinge_stride * static_cast<std::size_t>(b);
-    std::for_each(first, first + midedge::hinge_stride, [&](Index e) { batch[e / lanes] = 1; });
+    std::for_each(first, first + midedge::hinge_stride, [&](Index e) { batch[e / n_lanes] = 1; });
   }
   for (Index b = 0; b < hinges_.n_batches(); ++b)
     if (batch[b]) s.hinge_batches.push_back(b);
@@ -221,11 +219,11 @@ void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange 
   // Gradients and hinges of other triangles are evaluated too, so that forces at the same positions
   // can reuse these values.
   hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
-  const Index first_batch = triangles.begin / lanes;
-  std::vector<Index> batches((triangles.end + lanes - 1) / lanes - first_batch);
+  const Index first_batch = triangles.begin / n_lanes;
+  std::vector<Index> batches((triangles.end + n_lanes - 1) / n_lanes - first_batch);
   std::iota(batches.begin(), batches.end(), first_batch);
-  energy_.resize(element_hinges_.size() / midedge::hinge_stride * lanes);
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+  energy_.resize(element_hinges_.size() / midedge::hinge_stride * n_lanes);
+  parallel_ranges(team, static_cast<Index>(batches.size()), hinge::batches_per_range,
                   [&](Index first, Index last) {
                     midedge::energies(tables(), batches.data() + first, last - first,
                                       values_.difference.data(), energy_.data());
@@ -251,7 +249,7 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
 // Computes the moments of the selected hinges from values_ and from `rate`, which may be null.
 void MidedgeBending::find_moments(const Team& team, const double* rate) const {
   const Selection& s = selection_;
-  parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), batches_per_range,
+  parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), hinge::batches_per_range,
                   [&](Index first, Index last) {
                     midedge::moments(tables(), s.triangle_batches.data() + first, last - first,
                                      values_.difference.data(), rate, element_moments_.data());
@@ -290,7 +288,7 @@ void MidedgeBending::add_stiffness(const Team& team, const Points& x, StiffnessS
 
 double MidedgeBending::largest_eigenvalue(const Vector& mass) const {
   if (hinges_.n_hinges() == 0) return 0.0;
-  const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
+  const std::vector<Index> batches = all_of((n_triangles_ + n_lanes - 1) / n_lanes);
   return power_iteration(hinges_, rest_positions_, prescribed_, mass,
                          [&](const HingeValues& values, AlignedDoubles& moment) {
                            midedge::moments(tables(), batches.data(),

@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr Index batches_per_range = 16;
+constexpr Index batches_per_check = 16;
 constexpr int message = 26;  // doubles sent per batch: index, excess, 24 strains
 
 }  // namespace
@@ -34,7 +34,7 @@ void LimitCheck::check_all(const Team& team, const limit::Tables& tables,
                      size = ranks_ ? ranks_->size() : 1;
   const Index first = static_cast<Index>(n * rank / size),
               last = static_cast<Index>(n * (rank + 1) / size);
-  parallel_ranges(team, last - first, batches_per_range, [&](Index begin, Index end) {
+  parallel_ranges(team, last - first, batches_per_check, [&](Index begin, Index end) {
     limit::check(tables, motion, nullptr, first + begin, end - begin, violations());
   });
   if (ranks_) share(first, last);
@@ -42,7 +42,7 @@ void LimitCheck::check_all(const Team& team, const limit::Tables& tables,
 
 void LimitCheck::check(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
                        const std::vector<Index>& batches) {
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_check,
                   [&](Index begin, Index end) {
                     limit::check(tables, motion, batches.data(), begin, end - begin, violations());
                   });

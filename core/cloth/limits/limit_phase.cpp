@@ -13,7 +13,7 @@ namespace loomstone {
 namespace {
 
 constexpr int bound_stride = 12 * n_lanes;
-constexpr Index batches_per_range = 32;
+constexpr Index batches_per_update = 32;
 
 // The second phase begins at the distance limit_margin() inside the limit. The third phase begins
 // at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
@@ -148,7 +148,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
 void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
   const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data()};
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_update,
                   [&](Index first, Index last) {
                     LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,
                                                     last - first, phases, x.data());

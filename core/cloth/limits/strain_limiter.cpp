@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr Index batches_per_range = 16;
+constexpr Index batches_per_sweep = 16;
 constexpr Index listed = -1;  // entry of n_corrected_ for a vertex that corners_of() has listed
 
 // Random number generator splitmix64 [Steele2014].
@@ -150,7 +150,7 @@ bool StrainLimiter::sweep_until_met(const Team& team, std::uint64_t key,
 void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables,
                                 const limit::Motion& motion, const std::vector<Index>& batches) {
   parallel_ranges(
-      team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
+      team, static_cast<Index>(batches.size()), batches_per_sweep, [&](Index first, Index last) {
         if (deltas_.empty())
           limit::sweep(tables, motion, batches.data() + first, last - first, corrected_.data());
         else

@@ -6,12 +6,12 @@
 #include <numeric>
 
 #include "core/base/message.h"
+#include "core/base/simd.h"
 #include "core/cloth/membrane/membrane_kernels.h"
 
 namespace loomstone {
 
 namespace {
-constexpr Index lanes = 8;
 constexpr Index batches_per_range = 32;
 }  // namespace
 
@@ -61,7 +61,7 @@ Membrane::Membrane(const Triangles& triangles, const std::vector<Corners2>& corn
 void Membrane::store(const Triangles& triangles, MeshPart part) {
   for (Index t = 0; t < n_triangles_; ++t) {
     if (!part.contains(triangles, t)) continue;
-    if (stored_.empty() || stored_.back() != t / lanes) stored_.push_back(t / lanes);
+    if (stored_.empty() || stored_.back() != t / n_lanes) stored_.push_back(t / n_lanes);
   }
   stored_.shrink_to_fit();
 }
@@ -71,10 +71,10 @@ void Membrane::make_tables(const Triangles& triangles, const std::vector<Corners
   corners_.assign(stored_.size() * membrane::corner_stride, 0);
   gradients_.assign(stored_.size() * membrane::gradient_stride, 0.0);
   constants_.assign(stored_.size() * membrane::constant_stride, 0.0);
-  for (std::size_t i = 0; i < stored_.size() * lanes; ++i) {
+  for (std::size_t i = 0; i < stored_.size() * n_lanes; ++i) {
     // Empty lanes repeat the last triangle, with zero area.
-    const std::size_t batch = i / lanes, lane = i % lanes;
-    const Index t = stored_[batch] * lanes + static_cast<Index>(lane);
+    const std::size_t batch = i / n_lanes, lane = i % n_lanes;
+    const Index t = stored_[batch] * n_lanes + static_cast<Index>(lane);
     const Index source = std::min(t, n_triangles_ - 1);
     const Corners2& c = corners[source];
     const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
@@ -85,14 +85,14 @@ void Membrane::make_tables(const Triangles& triangles, const std::vector<Corners
     const Vec2 g0 = -(g1 + g2);
     const double values[6] = {g0.x(), g0.y(), g1.x(), g1.y(), g2.x(), g2.y()};
     for (int k = 0; k < 6; ++k)
-      gradients_[membrane::gradient_stride * batch + lanes * k + lane] = values[k];
+      gradients_[membrane::gradient_stride * batch + n_lanes * k + lane] = values[k];
     for (int k = 0; k < 3; ++k)
-      corners_[membrane::corner_stride * batch + lanes * k + lane] = triangles(source, k);
+      corners_[membrane::corner_stride * batch + n_lanes * k + lane] = triangles(source, k);
     if (t >= n_triangles_) continue;
     const MembraneConstants& m = constants(t);
     const double material[7] = {0.5 * twice_area, m.a11, m.a22, m.a12, m.g, m.lambda_d, m.mu_d};
     for (int k = 0; k < 7; ++k)
-      constants_[membrane::constant_stride * batch + lanes * k + lane] = material[k];
+      constants_[membrane::constant_stride * batch + n_lanes * k + lane] = material[k];
   }
   viscous_ = constants.viscous();
 }
@@ -101,11 +101,12 @@ void Membrane::make_tables(const Triangles& triangles, const std::vector<Corners
 void Membrane::make_slots(Index n_vertices, IndexRange rows) {
   const auto for_each_slot = [&](auto&& body) {
     for (Index place = 0; place < n_batches(); ++place)
-      for (Index lane = 0; lane < std::min(lanes, n_triangles_ - stored_[place] * lanes); ++lane)
+      for (Index lane = 0; lane < std::min(n_lanes, n_triangles_ - stored_[place] * n_lanes);
+           ++lane)
         for (int k = 0; k < 3; ++k) {
-          const Index vertex = corners_[membrane::corner_stride * place + lanes * k + lane];
+          const Index vertex = corners_[membrane::corner_stride * place + n_lanes * k + lane];
           if (rows.contains(vertex))
-            body(vertex, place * membrane::force_stride + 3 * lanes * k + lane);
+            body(vertex, place * membrane::force_stride + 3 * n_lanes * k + lane);
         }
   };
   slot_start_.assign(n_vertices + 1, 0);
@@ -118,16 +119,16 @@ void Membrane::make_slots(Index n_vertices, IndexRange rows) {
 
 void Membrane::add_limits(const std::vector<LimitModes>& modes) {
   limits_.resize(stored_.size() * membrane::limit_stride);
-  for (Index i = 0; i < n_batches() * lanes; ++i)
+  for (Index i = 0; i < n_batches() * n_lanes; ++i)
     for (int k = 0; k < 3; ++k) {
-      const Index t = stored_[i / lanes] * lanes + i % lanes;
+      const Index t = stored_[i / n_lanes] * n_lanes + i % n_lanes;
       const LimitMode& mode = modes[std::min(t, n_triangles_ - 1)][k];
       const double values[8] = {mode.d11,  mode.d22,     mode.d12,      mode.low,
                                 mode.high, mode.far_low, mode.far_high, mode.modulus};
       double* table = limits_.data() +
-                      membrane::limit_stride * static_cast<std::size_t>(i / lanes) +
-                      membrane::mode_stride * k + i % lanes;
-      for (int e = 0; e < 8; ++e) table[lanes * e] = values[e];
+                      membrane::limit_stride * static_cast<std::size_t>(i / n_lanes) +
+                      membrane::mode_stride * k + i % n_lanes;
+      for (int e = 0; e < 8; ++e) table[n_lanes * e] = values[e];
     }
 }
 
@@ -158,16 +159,16 @@ void Membrane::sum_energies(const Team& team, const Points& x, IndexRange blocks
   parallel_ranges(team, blocks.end - blocks.begin, 2, [&](Index first, Index last) {
     const Index begin = triangles_before(blocks.begin + first),
                 end = triangles_before(blocks.begin + last);
-    std::vector<Index> places((end - begin + lanes - 1) / lanes);
-    std::iota(places.begin(), places.end(), place_of(begin / lanes));
+    std::vector<Index> places((end - begin + n_lanes - 1) / n_lanes);
+    std::iota(places.begin(), places.end(), place_of(begin / n_lanes));
     membrane::strains(tables, places.data(), static_cast<Index>(places.size()), x.data(),
                       element_strains_.data());
     for (Index block = blocks.begin + first; block < blocks.begin + last; ++block) {
       double sum = 0.0;
       for (Index t = triangles_before(block); t < triangles_before(block + 1); ++t)
         sum += element_strains_[membrane::strain_stride *
-                                    static_cast<std::size_t>(places[(t - begin) / lanes]) +
-                                3 * lanes + t % lanes];
+                                    static_cast<std::size_t>(places[(t - begin) / n_lanes]) +
+                                3 * n_lanes + t % n_lanes];
       sums[block] = sum;
     }
   });
@@ -180,14 +181,14 @@ Membrane::Neglected Membrane::neglected(const double* start, const double* end,
   double strains[batches_at_once * membrane::neglected_stride];
   Neglected found;
   for (Index t = first_triangle; t < last_triangle;) {
-    const Index batch = t / lanes;
-    const Index n = std::min(batches_at_once, (last_triangle - 1) / lanes + 1 - batch);
+    const Index batch = t / n_lanes;
+    const Index n = std::min(batches_at_once, (last_triangle - 1) / n_lanes + 1 - batch);
     membrane::neglected_strains(tables, {place_of(batch), n}, start, end, strains);
-    for (const Index stop = std::min(last_triangle, (batch + n) * lanes); t < stop; ++t) {
-      const double* of = strains + membrane::neglected_stride * (t / lanes - batch) + t % lanes;
+    for (const Index stop = std::min(last_triangle, (batch + n) * n_lanes); t < stop; ++t) {
+      const double* of = strains + membrane::neglected_stride * (t / n_lanes - batch) + t % n_lanes;
       found.strain = std::max(found.strain, of[0]);
-      found.energy += of[lanes];
-      found.elastic += of[2 * lanes];
+      found.energy += of[n_lanes];
+      found.elastic += of[2 * n_lanes];
     }
   }
   return found;
@@ -208,7 +209,7 @@ void Membrane::add_forces(const Team& team, const Points& x, const Points* v, In
     double sum[3] = {0.0, 0.0, 0.0};
     for (Index s = slot_start_[row]; s < slot_start_[row + 1]; ++s) {
       const double* f = element_forces_.data() + slots_[s];
-      sum[0] += f[0], sum[1] += f[lanes], sum[2] += f[2 * lanes];
+      sum[0] += f[0], sum[1] += f[n_lanes], sum[2] += f[2 * n_lanes];
     }
     for (int d = 0; d < 3; ++d) force(row, d) += sum[d];
   });
@@ -249,13 +250,13 @@ void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
       for (Index s = slot_start_[row]; s < slot_start_[row + 1]; ++s) {
         const Index batch = slots_[s] / membrane::force_stride,
                     rest = slots_[s] % membrane::force_stride;
-        const Index corner = rest / (3 * lanes), lane = rest % lanes;
+        const Index corner = rest / (3 * n_lanes), lane = rest % n_lanes;
         for (const Index other : {(corner + 1) % 3, (corner + 2) % 3}) {
           // A triangle stores one block for each pair of corners (p, p + 1). The block of
           // (p + 1, p) is its transpose.
           const bool transposed = other == (corner + 2) % 3;
           const Index position =
-              matrix.find(row, corners_[membrane::corner_stride * batch + lanes * other + lane]) -
+              matrix.find(row, corners_[membrane::corner_stride * batch + n_lanes * other + lane]) -
               first_block;
           Index& source = sources_[2 * static_cast<std::size_t>(position) + (transposed ? 1 : 0)];
           assert(source == no_element && "two triangles run along an edge in the same direction");
@@ -296,21 +297,24 @@ void Membrane::set_jacobian(const Team& team, const Points& x, JacobianTerms ter
 void Membrane::strain(const Team& team, const Points& x, IndexRange triangles, Points& green,
                       Vector& stretch) {
   const membrane::Tables tables = this->tables();
-  const Index n = triangles.end - triangles.begin, first_place = place_of(triangles.begin / lanes);
+  const Index n = triangles.end - triangles.begin,
+              first_place = place_of(triangles.begin / n_lanes);
   green.resize(n, 3);
   stretch.resize(n);
-  parallel_ranges(team, (n + lanes - 1) / lanes, batches_per_range, [&](Index first, Index last) {
-    std::vector<Index> list(last - first);
-    std::iota(list.begin(), list.end(), first_place + first);
-    membrane::strains(tables, list.data(), last - first, x.data(), element_strains_.data());
-    for (Index t = first * lanes; t < std::min(n, last * lanes); ++t) {
-      const double* e =
-          element_strains_.data() +
-          membrane::strain_stride * static_cast<std::size_t>(first_place + t / lanes) + t % lanes;
-      green.row(t) << e[0], e[lanes], e[2 * lanes];
-      stretch[t] = e[4 * lanes];
-    }
-  });
+  parallel_ranges(
+      team, (n + n_lanes - 1) / n_lanes, batches_per_range, [&](Index first, Index last) {
+        std::vector<Index> list(last - first);
+        std::iota(list.begin(), list.end(), first_place + first);
+        membrane::strains(tables, list.data(), last - first, x.data(), element_strains_.data());
+        for (Index t = first * n_lanes; t < std::min(n, last * n_lanes); ++t) {
+          const double* e =
+              element_strains_.data() +
+              membrane::strain_stride * static_cast<std::size_t>(first_place + t / n_lanes) +
+              t % n_lanes;
+          green.row(t) << e[0], e[n_lanes], e[2 * n_lanes];
+          stretch[t] = e[4 * n_lanes];
+        }
+      });
 }
 
 }  // namespace loomstone

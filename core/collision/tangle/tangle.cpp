@@ -40,8 +40,6 @@ bool attached(const CollisionModel& model, const Piercing& p) {
   return false;
 }
 
-Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
-
 // Returns whether the edge passes through the triangle. The test is exact, and ties are broken
 // consistently: an edge through the common side of two triangles pierces only one of them, unless
 // the triangles overlap as seen along the edge. An end point in the plane of the triangle counts as

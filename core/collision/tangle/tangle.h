@@ -15,6 +15,8 @@
 
 namespace loomstone {
 
+inline Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
+
 // An edge that passes through a triangle.
 struct Piercing {
   Index edge, triangle;

@@ -19,8 +19,6 @@ constexpr int rounds_around = 2;
 // Otherwise, only the part moves back.
 constexpr double least_length = 0.5, least_share = 0.02, least_agreement = 0.5;
 
-Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
-
 // Returns for each vertex a third of the area of its triangles [m^2].
 std::vector<double> vertex_areas(const Points& x, const Triangles& triangles) {
   std::vector<double> area(x.rows(), 0.0);

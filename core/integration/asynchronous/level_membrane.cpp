@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "core/base/same_bits.h"
+#include "core/base/simd.h"
 
 namespace loomstone {
 
 namespace {
 
-constexpr Index lanes = 8;
 constexpr Index batches_per_range = 32;
 
 // Returns the triangles in the order of their levels, finest first. If the last batch of a level is
@@ -21,7 +21,7 @@ std::vector<Index> sort_by_level(std::vector<std::uint8_t>& levels) {
   std::stable_sort(order.begin(), order.end(),
                    [&](Index a, Index b) { return levels[a] > levels[b]; });
   for (std::size_t i = 0; i < order.size(); ++i)
-    levels[order[i]] = levels[order[i / lanes * lanes]];
+    levels[order[i]] = levels[order[i / n_lanes * n_lanes]];
   return order;
 }
 
@@ -63,7 +63,7 @@ LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
   batch_end_.assign(levels[order_.front()] + 1, 0);
   for (std::size_t i = 0; i < order_.size(); ++i)
     for (int level = levels[order_[i]]; level >= 0; --level)
-      batch_end_[level] = static_cast<Index>(i / lanes) + 1;
+      batch_end_[level] = static_cast<Index>(i / n_lanes) + 1;
   for (Index t = 0; t < model.triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
       const Index vertex = model.triangles(t, k);
@@ -76,7 +76,7 @@ LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
     for (int k = 0; k < 3; ++k) {
       const Index t = order_[i];
       slots_[fill[model.triangles(t, k)]++] = {
-          (i / lanes) * membrane::force_stride + 3 * lanes * k + i % lanes, levels[t],
+          (i / n_lanes) * membrane::force_stride + 3 * n_lanes * k + i % n_lanes, levels[t],
           steps.share(t, k)};
     }
   if (!membrane_.viscous()) return;
@@ -92,7 +92,7 @@ LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
 std::vector<Index> LevelMembrane::triangles_from(int first) const {
   if (first > finest()) return {};
   const std::size_t end =
-      std::min(order_.size(), lanes * static_cast<std::size_t>(batch_end_[first]));
+      std::min(order_.size(), n_lanes * static_cast<std::size_t>(batch_end_[first]));
   return {order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
@@ -101,8 +101,8 @@ std::vector<LimitPhases> LevelMembrane::take_phases() {
   if (entered_.empty()) return phases;
   phases.resize(order_.size());
   for (std::size_t i = 0; i < order_.size(); ++i)
-    phases[order_[i]] = phases_of_lane(entered_.data() + membrane::entered_stride * (i / lanes),
-                                       static_cast<int>(i % lanes));
+    phases[order_[i]] = phases_of_lane(entered_.data() + membrane::entered_stride * (i / n_lanes),
+                                       static_cast<int>(i % n_lanes));
   std::fill(entered_.begin(), entered_.end(), 0);
   return phases;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/simd.h"
 #include "core/integration/asynchronous/asynchronous.h"
 #include "core/integration/asynchronous/event_queue.h"
 
@@ -10,18 +11,16 @@ namespace loomstone {
 
 namespace {
 
-constexpr Index lanes = 8;
-
 // A membrane with one triangle in all lanes of each batch.
 Membrane spread_membrane(const ClothModel& model) {
   const auto m = static_cast<Index>(model.triangles.rows());
-  Triangles triangles(lanes * m, 3);
+  Triangles triangles(n_lanes * m, 3);
   std::vector<Corners2> corners;
   std::vector<MembraneConstants> constants;
-  for (Index i = 0; i < lanes * m; ++i) {
-    triangles.row(i) = model.triangles.row(i / lanes);
-    corners.push_back(model.corners[i / lanes]);
-    constants.push_back(model.constants_of(i / lanes));
+  for (Index i = 0; i < n_lanes * m; ++i) {
+    triangles.row(i) = model.triangles.row(i / n_lanes);
+    corners.push_back(model.corners[i / n_lanes]);
+    constants.push_back(model.constants_of(i / n_lanes));
   }
   return {model.n_vertices, triangles, corners, constants};
 }
@@ -100,7 +99,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   void limit_membrane() {
     if (limits_.empty()) return;
     std::vector<LimitModes> spread;
-    for (const LimitModes& modes : limits_) spread.insert(spread.end(), lanes, modes);
+    for (const LimitModes& modes : limits_) spread.insert(spread.end(), n_lanes, modes);
     membrane_.add_limits(spread);
     entered_.assign(membrane::entered_stride * limits_.size(), 0);
   }
@@ -162,7 +161,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       const Index i = model_.triangles(triangle, k);
       for (int d = 0; d < 3; ++d)
         state_->v(i, d) += duration * inverse_mass_[i] *
-                           (f[lanes * (3 * k + d)] + steps_.share(triangle, k) * load_(i, d));
+                           (f[n_lanes * (3 * k + d)] + steps_.share(triangle, k) * load_(i, d));
     }
   }
 

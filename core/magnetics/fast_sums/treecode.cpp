@@ -83,7 +83,7 @@ std::vector<Index> samples_of(Index n) {
   return rows;
 }
 
-void check_tolerance(double tolerance) {
+void check_sum_tolerance(double tolerance) {
   if (!(tolerance >= 1e-10 && tolerance <= 0.1))
     fail<InvalidInput>("tolerance must be in [1e-10, 0.1] [1], got {}", tolerance);
 }
@@ -134,7 +134,7 @@ struct LeafValues {
 
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance) {
-  check_tolerance(tolerance);
+  check_sum_tolerance(tolerance);
   check_points(points, "points");
   const Index n = static_cast<Index>(points.rows());
   const SourcePtr set(SourcePtr(), &by);
@@ -186,7 +186,7 @@ TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstP
 
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance) {
-  check_tolerance(tolerance);
+  check_sum_tolerance(tolerance);
   const Index n = static_cast<Index>(positions.rows());
   if (few(by, n)) return dipole_forces(team, positions, moments, by);
   const std::vector<Index> samples = samples_of(n);

@@ -11,7 +11,8 @@ namespace loomstone {
 
 namespace {
 
-constexpr double finest = 0.1;  // largest turn of the tangent between output points, about [rad]
+constexpr double largest_turn =
+    0.1;  // largest turn of the tangent between output points, about [rad]
 // Largest turn of the tangent in a step, unless the step is shorter than the allowed error [rad].
 // The error of cubic interpolation is then 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
@@ -186,7 +187,7 @@ class LineTracing {
       return;
     }
     line.step = std::min(h * factor, 0.25 * options_.extent);
-    const int parts = std::max(1, static_cast<int>(std::ceil(turn / finest)));
+    const int parts = std::max(1, static_cast<int>(std::ceil(turn / largest_turn)));
     const Vec3 seed = line.points.front();
     Vec3 before = line.x;
     for (int part = 1; part <= parts && !line.done; ++part) {
@@ -203,7 +204,7 @@ class LineTracing {
       line.inside = inside, line.close = close;
       line.length += (point - before).norm();
       // The second term accounts for the deviation of chords from the curve.
-      const double near = 20.0 * allowed + 0.2 * finest * (point - before).norm();
+      const double near = 20.0 * allowed + 0.2 * largest_turn * (point - before).norm();
       if (!line.done && line.away && line.k[6].dot(line.tangent) > 0.9 &&
           distance_to_segment(seed, before, point) < near) {
         point = seed;

@@ -129,7 +129,7 @@ void check_pair(const MagneticBody& a, const MagneticBody& b) {
       "vertex last");
 }
 
-void check_tolerance(double tolerance) {
+void check_force_tolerance(double tolerance) {
   if (!(tolerance >= 1e-12 && tolerance <= 0.1))
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
@@ -265,7 +265,7 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
 }  // namespace
 
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance) {
-  check_tolerance(tolerance);
+  check_force_tolerance(tolerance);
   for (const Source* source : {on.source.get(), by.source.get()})
     if (is_current(*source))
       throw Unsupported("only magnets and dipoles have an energy here, got a current");
@@ -280,7 +280,7 @@ double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double to
 
 double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
                        const std::vector<Index>& carrier) {
-  check_tolerance(tolerance);
+  check_force_tolerance(tolerance);
   const std::vector<std::pair<Index, Index>> pairs =
       pairs_of(bodies, carrier, std::vector<bool>(bodies.size(), false));
   std::vector<double> energies(pairs.size());
@@ -295,7 +295,7 @@ double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies
 
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least) {
-  check_tolerance(tolerance);
+  check_force_tolerance(tolerance);
   check_pair(on, by);
   if (on.source->cell_magnet() && by.source->cell_magnet()) {
     if (integrate_over_first(on, by)) return cell_wrench(on, by);
@@ -308,7 +308,7 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier,
                                       const std::vector<KnownField>& known) {
-  check_tolerance(tolerance);
+  check_force_tolerance(tolerance);
   std::vector<Wrench> result(bodies.size());
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);

@@ -18,8 +18,6 @@ constexpr std::size_t most_leaves = 4000;
 // Panels and leaves are bisected if their error is at least this fraction of the largest error.
 constexpr double worst = 0.1;
 
-using Leaf = AppliedField::Leaf;
-
 struct Judged {
   double error[2] = {0.0, 0.0};  // quadrature errors of (B.n) B in u and in v [T^2 m^2]
   double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
@@ -112,7 +110,7 @@ class Refinement {
       halve_panels(worst * largest);
       judge_fresh();
     }
-    for (const Leaf& leaf : result_.leaves)
+    for (const AppliedField::Leaf& leaf : result_.leaves)
       for (int k = 0; k < per_leaf; ++k)
         result_.fluxes[leaf.parent] += leaf.areas[k] * leaf.normal[k];
     return std::move(result_);
@@ -192,7 +190,7 @@ class Refinement {
     const Points there = field_at(local);
     row = 0;
     for (const std::size_t i : fresh_) {
-      Leaf& leaf = result_.leaves[i];
+      AppliedField::Leaf& leaf = result_.leaves[i];
       leaves_[i] = judge(leaf.panel.normal, leaf.areas, there.row(row).data(), leaf.normal);
       row += per_leaf;
     }

@@ -11,6 +11,8 @@
 
 namespace loomstone {
 
+inline constexpr int most_gmres_iterations = 200;
+
 struct GmresResult {
   Vector solution;
   double residual = 0.0;  // norm of the residual, relative to that of the right side [1]

@@ -16,7 +16,6 @@ namespace loomstone {
 
 namespace {
 
-constexpr int most_iterations = 200;
 // Largest number of spheres for which factors that depend only on distances are kept for all
 // iterations (31 MB).
 constexpr Index most_kept = 1400;
@@ -139,7 +138,7 @@ Points induced_moments(const Team& team, const Points& positions, const Vector& 
     return flat(rows(m) - polarizabilities.asDiagonal() * mutual.of(rows(m)));
   };
   const Vector begin = start.rows() == positions.rows() ? flat(start) : Vector();
-  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, begin);
+  const GmresResult solved = gmres(apply, flat(right), tolerance, most_gmres_iterations, begin);
   if (!(solved.residual <= tolerance))
     fail<SolverFailure>(
         "spheres that magnetise each other must reach an equilibrium, got a relative residual of "

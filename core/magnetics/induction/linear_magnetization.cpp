@@ -14,7 +14,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr int most_iterations = 200, most_rounds = 50;
+constexpr int most_rounds = 50;
 
 // Returns the distance [m] of a point from the nearest dipole of a source that has dipoles.
 // Otherwise, returns the distance from the surface of a solid source, negative inside, or from the
@@ -170,7 +170,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
     };
     std::vector<Vector> charges = answers;
     if (soft.size() > 1) {
-      const GmresResult solved = gmres(apply, joined(answers), tolerance, most_iterations);
+      const GmresResult solved = gmres(apply, joined(answers), tolerance, most_gmres_iterations);
       if (!(solved.residual <= tolerance))
         fail<SolverFailure>(
             "bodies that magnetise each other must reach an equilibrium, got a relative residual "

@@ -12,8 +12,9 @@ namespace loomstone {
 
 namespace {
 
-constexpr int top = MultipoleExpansion::degree + 2;  // highest degree of the gradient
-constexpr int size = (top + 1) * (top + 2) / 2;      // number of harmonics with m >= 0
+constexpr int gradient_degree = MultipoleExpansion::degree + 2;  // highest degree of the gradient
+constexpr int size =
+    (gradient_degree + 1) * (gradient_degree + 2) / 2;  // number of harmonics with m >= 0
 constexpr int slot(int l, int m) { return l * (l + 1) / 2 + m; }
 
 using Coefficients = std::vector<std::complex<double>>;
@@ -36,7 +37,7 @@ void regular_harmonics(const Vec3& r, Coefficients& out) {
 Coefficients minus_derivative(const Coefficients& c, int axis) {
   const std::complex<double> i(0.0, 1.0);
   Coefficients d(size);
-  for (int l = 0; l < top; ++l) {
+  for (int l = 0; l < gradient_degree; ++l) {
     for (int m = 0; m <= l; ++m) {
       const std::complex<double> value = c[slot(l, m)];
       if (axis == 2) {
@@ -53,7 +54,7 @@ Coefficients minus_derivative(const Coefficients& c, int axis) {
   return d;
 }
 
-std::vector<double> flat(const Coefficients& c, double scale) {
+std::vector<double> flattened(const Coefficients& c, double scale) {
   std::vector<double> out(2 * size);
   for (int k = 0; k < size; ++k) {
     out[2 * k] = scale * c[k].real();
@@ -86,7 +87,8 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
-    Lanes real[2][top + 1], imaginary[2][top + 1];  // values of degrees l and l - 1
+    Lanes real[2][gradient_degree + 1],
+        imaginary[2][gradient_degree + 1];  // values of degrees l and l - 1
     real[0][0] = lanes_sqrt(inverse);
     imaginary[0][0] = Lanes{};
     p.x *= inverse;
@@ -190,10 +192,10 @@ MultipoleExpansion::MultipoleExpansion(std::vector<std::complex<double>> moments
   int k = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const Coefficients field = minus_derivative(moments, axis);
-    field_[axis] = flat(field, scale);
+    field_[axis] = flattened(field, scale);
     for (int second = axis; second < 3; ++second) {
       Coefficients derivative = minus_derivative(field, second);
-      gradient_[k++] = flat(derivative, -scale / radius);
+      gradient_[k++] = flattened(derivative, -scale / radius);
     }
   }
 }

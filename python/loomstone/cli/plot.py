@@ -75,7 +75,7 @@ def plot(
             vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
             path = curve_of_meshes(str(run), mesh, vector, along, reach, out or Path(f"{run}.png"))
         elif what not in KINDS:
-            raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {what!r}")
+            raise InvalidInput(f"--what must be one of {', '.join(KINDS)}, got {what!r}")
         else:
             path = _plot_runs(runs, what, out or run / f"{what}.png")
         print(f"plot: {path}")

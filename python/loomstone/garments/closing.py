@@ -163,7 +163,7 @@ def _pulled(
     seam = pieces.pattern.seams[int(pieces.seam_of_pair[worst])]
     raise SolverFailure(
         f"after {longest:g} s {seam} is still {1000 * gap[worst]:.1f} mm open; place the panels"
-        " closer, make the garment wider, or allow longer"
+        " closer, make the garment wider, or increase longest"
     )
 
 

@@ -153,7 +153,7 @@ def _finish_upper_row(used: Any, times: Any, faster: Any) -> None:
     times.set_ylabel("wall time per frame [ms]")
     if any((line.get_ydata() > 0).any() for line in times.lines):
         times.set_yscale("log")
-    faster.set_title("acceleration of collision handling", fontsize="medium")
+    faster.set_title("speed-up of collision handling", fontsize="medium")
     faster.set_ylabel("time on one rank over time [1]")
     if not faster.lines:
         faster.text(
@@ -231,7 +231,7 @@ def _draw_scaling(
                 continue
             axes.plot(replayed.ranks, replayed.acceleration, f"{color}o--", mfc="w", label=label)
             most, label = max(most, *replayed.ranks), None
-    axes.set_title("acceleration, searches only where replayed", fontsize="medium")
+    axes.set_title("speed-up, searches only where replayed", fontsize="medium")
     if axes.lines:
         axes.plot([1, most], [1, most], "0.6", linewidth=0.8, label="ideal")
         axes.set_xscale("log", base=2)

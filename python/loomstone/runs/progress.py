@@ -49,7 +49,7 @@ def overstrained(report: StepReport) -> str:
     return (
         f"step {report.step} (t {report.time:.3f} s): {report.limits.broken} triangles exceed"
         f" their strain limits, by up to {excess:.3f} (triangle {report.limits.worst_element});"
-        " limits.csv lists the worst triangle of each step"
+        " limits.csv lists the worst ones"
     )
 
 

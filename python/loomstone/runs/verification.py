@@ -108,10 +108,9 @@ def keep_rows(path: Path, until_step: int) -> None:
     if not path.exists():
         return
     with path.open(newline="") as file:
-        header, *rows = list(csv.reader(file))
+        header, *rows = list(csv.reader(file)) or [[]]  # a killed run can leave an empty file
     kept = [row for row in rows if len(row) == len(header) and int(row[0]) <= until_step]
-    if not kept:
+    if kept:
+        write_table(path, header, kept)
+    else:
         path.unlink()
-        return
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([header, *kept])

@@ -124,7 +124,8 @@ def _draw(
     series: dict[str, list[tuple[float, float]]] = {}
     for row in rows:
         label = ", ".join(f"{other}={row[other]}" for other in others)
-        series.setdefault(label, []).append((row[across], row[name]))
+        if _number(row.get(name)):  # reports of older versions lack figures
+            series.setdefault(label, []).append((row[across], row[name]))
     for label, found in series.items():
         x, y = zip(*sorted(found), strict=True)
         axes.plot(x, y, "o-", label=label or None, markersize=3)

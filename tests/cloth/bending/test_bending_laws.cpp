@@ -17,7 +17,7 @@ namespace {
 
 const Team team;
 
-double dot(const Points& a, const Points& b) { return (a.array() * b.array()).sum(); }
+double points_dot(const Points& a, const Points& b) { return (a.array() * b.array()).sum(); }
 
 Points forces(const Bending& bending, const Points& x, const Points& v) {
   Points f = Points::Zero(x.rows(), 3);
@@ -66,7 +66,7 @@ TEST_CASE("the bending force is minus the gradient of the energy, to second orde
   const auto bending = make_bending(element, setup);
   const Index n = static_cast<Index>(setup.rest_positions.rows());
   const Points x = setup.rest_positions + noise(n, 0.05, 1), direction = noise(n, 1.0, 2);
-  const double exact = -dot(forces(*bending, x), direction);
+  const double exact = -points_dot(forces(*bending, x), direction);
   std::vector<double> errors;
   for (const double h : {4e-3, 2e-3, 1e-3, 5e-4}) {
     const double slope =
@@ -171,7 +171,7 @@ TEST_CASE(
   const Eigen::MatrixXd d = dense(*bending, x, 0.0, 1.0);
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Points v = noise(n, 1.0, 100 + seed), damping = forces(*bending, x, v) - elastic;
-    CHECK(dot(damping, v) < 0.0);
+    CHECK(points_dot(damping, v) < 0.0);
     // The tolerance covers the rounding error of the difference of two forces.
     CHECK((flat(damping) + d * flat(v)).norm() <= 1e-11 * flat(damping).norm());
   }

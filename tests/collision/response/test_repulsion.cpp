@@ -24,11 +24,11 @@ Vec3 angular(const Points& x, const Points& change) {
   return sum;
 }
 
-struct Slide {
+struct GapsOfSlide {
   double distance, speed, smallest_gap, largest_gap;
 };
 // Moves free vertices on a tilted plane by symplectic Euler.
-Slide slide(double slope, double h, double duration) {
+GapsOfSlide gaps_of_slide(double slope, double h, double duration) {
   TestScene scene = make_scene(
       {{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 1e-3)), Kind::Cloth, 1e-3, 0.3},
        {floor_square(2.0, 3), Kind::Script, 1e-3, 0.3}});
@@ -37,7 +37,7 @@ Slide slide(double slope, double h, double duration) {
   const Eigen::RowVector3d gravity =
       9.81 * Eigen::RowVector3d(std::sin(std::atan(slope)), 0, -std::cos(std::atan(slope)));
   Points x = scene.x, v = Points::Zero(x.rows(), 3);
-  Slide result{0.0, 0.0, 1.0, 0.0};
+  GapsOfSlide result{0.0, 0.0, 1.0, 0.0};
   for (int step = 0; step < duration / h; ++step) {
     const auto contacts = stage.proximity(Team{1}, x, {});
     v.topRows(n).rowwise() += h * gravity;
@@ -124,12 +124,12 @@ TEST_CASE(
     "impulses keep the thickness as gap, stick below the friction angle and slide by Coulomb's law "
     "above it") {
   for (const double h : {1e-3, 1e-4}) {
-    const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5),
-                fast = slide(0.5, h, 0.5);
+    const GapsOfSlide held = gaps_of_slide(0.295, h, 0.5), sliding = gaps_of_slide(0.305, h, 0.5),
+                      fast = gaps_of_slide(0.5, h, 0.5);
     // Without friction, the cloth would slide 0.35 m. With it, the cloth creeps a little, because
     // the sweeps stop when corrections are below 1e-4 of the motion in a step.
     CHECK(held.distance < 1e-6);
-    for (const Slide& each : {held, sliding, fast}) {
+    for (const GapsOfSlide& each : {held, sliding, fast}) {
       CHECK(each.smallest_gap > 0.99e-3);
       CHECK(each.largest_gap <= 1e-3);
     }

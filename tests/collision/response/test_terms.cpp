@@ -62,7 +62,7 @@ ContactState anchored(const std::vector<Contact>& contacts) {
   return state;
 }
 
-TestScene two_sheets() {
+TestScene sheet_over_sheet() {
   return make_scene(
       {{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
        {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 2e-3)), Kind::Cloth, 4e-3}});
@@ -137,7 +137,7 @@ TEST_CASE("contacts of any depth have a stiffness that the solve can add to the 
 }
 
 TEST_CASE("contact forces are minus the gradient of the contact energies for fixed shares") {
-  TestScene scene = two_sheets();
+  TestScene scene = sheet_over_sheet();
   const Points x = shaken(scene.x, 4e-4, 10);
   const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
   REQUIRE(at.contacts.size() > 50);
@@ -172,7 +172,7 @@ TEST_CASE("contact forces are minus the gradient of the contact energies for fix
 TEST_CASE(
     "terms at displaced positions are the gradient of their energy, and their stiffness is its "
     "derivative") {
-  TestScene scene = two_sheets();
+  TestScene scene = sheet_over_sheet();
   const Points x = shaken(scene.x, 4e-4, 10);
   const Index n = static_cast<Index>(x.rows());
   const Points v = shaken(Points::Zero(n, 3), 0.05, 12);
@@ -230,7 +230,7 @@ TEST_CASE(
 }
 
 TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
-  TestScene scene = two_sheets();
+  TestScene scene = sheet_over_sheet();
   const Points x = shaken(scene.x, 8e-4, 12), v = shaken(Points::Zero(x.rows(), 3), 2.0, 13);
   for (const ExtraTerm& term : assemble(scene, x, v, Points(0, 3), x.rows()).terms) {
     CHECK(term.hessian == term.hessian.transpose());
@@ -242,7 +242,7 @@ TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
 
 TEST_CASE(
     "contacts of cloth with cloth change neither momentum nor, along normals, angular momentum") {
-  TestScene scene = two_sheets();
+  TestScene scene = sheet_over_sheet();
   const Points x = shaken(scene.x, 8e-4, 14), v = shaken(Points::Zero(x.rows(), 3), 2.0, 15);
   const Assembled at = assemble(scene, x, v, Points(0, 3), x.rows());
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
@@ -375,7 +375,7 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
 }
 
 TEST_CASE("contacts become stiffer where forces press taut cloth together") {
-  const TestScene scene = two_sheets();
+  const TestScene scene = sheet_over_sheet();
   const double k = scene.model.contact_stiffness;
   CollisionStage stage(scene.model);
   const std::vector<Contact> contacts = stage.proximity(Team{1}, scene.x, {});
@@ -403,7 +403,7 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
 }
 
 TEST_CASE("a contact that would close is stiffened until its gap stays open under the same force") {
-  TestScene scene = two_sheets();
+  TestScene scene = sheet_over_sheet();
   const Points& x = scene.x;
   const Index n = static_cast<Index>(x.rows());
   CollisionStage stage(scene.model);

@@ -378,7 +378,7 @@ def test_mistakes_about_a_run_are_reported(loomstone, tmp_path):
         (["run", "scene.py", "--out", "out"], "must hold no run yet"),
         (["render", "out", "--frame", 99], "--frame must be in [0, 1]"),
         (["render", "out", "--color-by", "mood"], "color_by must be"),
-        (["plot", "out", "--what", "mood"], "plot must be one of"),
+        (["plot", "out", "--what", "mood"], "--what must be one of"),
         (["plot", "out", "--out", "/nowhere/a.png"], "the plot cannot be written"),
     ]:
         code, told = loomstone(*arguments)

@@ -13,7 +13,7 @@ using namespace loomstone::test;
 
 namespace {
 
-IntegratorOptions schedule_of(Schedule schedule) {
+IntegratorOptions options_of(Schedule schedule) {
   Asynchronous options;
   options.schedule = schedule;
   return options;
@@ -58,7 +58,7 @@ TEST_CASE("a body and the strip attached to it keep their momentum and energy in
   scene.bodies[0].velocity = Vec3(0.2, 0.5, -0.3);
   scene.bodies[0].angular_velocity = Vec3(1.0, -2.0, 4.0);
   const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
-  Simulation sim(scene, schedule_of(schedule), 1);
+  Simulation sim(scene, options_of(schedule), 1);
   sim.step();
   const double mass = 300.0 * 0.1 * 0.03 * 0.02;
   const auto momentum = [&] {
@@ -90,7 +90,7 @@ TEST_CASE("attached vertices stay at their points on the body in every schedule"
   scene.bodies[0].velocity = Vec3(0, 1.5, 0);
   scene.bodies[0].angular_velocity = Vec3(0, 0, 2.0);
   const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue, Schedule::Refill);
-  Simulation sim(scene, schedule_of(schedule), 1);
+  Simulation sim(scene, options_of(schedule), 1);
   const Points start = sim.positions();
   const Vec3 centre(0, 0, -0.165);
   double largest = 0.0, moved = 0.0;
@@ -148,7 +148,7 @@ TEST_CASE("a light body that falls on a sheet is carried at events, two-way") {
   ball.position = Vec3(0.01, 0.02, 0.06);
   scene.bodies.push_back(ball);
   const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
-  Simulation sim(scene, schedule_of(schedule), 1);
+  Simulation sim(scene, options_of(schedule), 1);
   double lowest = 1.0, gain = 0.0;
   std::int64_t impulses = 0;
   for (int i = 0; i < 400; ++i) {
@@ -173,10 +173,10 @@ TEST_CASE("scenes with bodies have the same bits on any number of threads and wh
   floor.mesh = share(grid_cells(1.0, 1.0, 1, 1).moved(Vec3(0, 0, -0.2)));
   scene.obstacles.push_back(floor);
   const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue, Schedule::Refill);
-  Simulation one(scene, schedule_of(schedule), 1), three(scene, schedule_of(schedule), 3);
+  Simulation one(scene, options_of(schedule), 1), three(scene, options_of(schedule), 3);
   for (int i = 0; i < 60; ++i) one.step(), three.step();
   CHECK(same(one.checkpoint(), three.checkpoint()));
-  Simulation resumed(scene, schedule_of(schedule), 2);
+  Simulation resumed(scene, options_of(schedule), 2);
   resumed.restore(one.checkpoint());
   for (int i = 0; i < 20; ++i) one.step(), resumed.step();
   CHECK(same(one.checkpoint(), resumed.checkpoint()));
