@@ -21,7 +21,7 @@ struct PolyDataField {
   int components = 1;
   std::string unit, meaning;
   const void* constant = nullptr;
-  std::string role = {};  // for viewers: "TCoords", "Vectors"; empty: none
+  std::string role = {};  // HDF5 attribute for viewers: "TCoords", "Vectors"; empty: none
 };
 
 // The points and triangles of a file. Each point is a copy of a vertex. The first n_vertices points

@@ -430,8 +430,8 @@ BinnedSum AggregationMultigrid::correction_product() const {
   return sum;
 }
 
-// Gathers the residual of the first replicated level. Replaces `sums` by their totals over all
-// ranks, which are sent in the same message.
+// Gathers the residual of the first replicated level. Each rank sends its `sums` in the same
+// message. Replaces `sums` by their totals over all ranks.
 void AggregationMultigrid::gather_residual(const RowLayout& layout, BinnedSum* sums) {
   if (layout.single()) return;
   const Communicator& ranks = layout.communicator();

@@ -189,7 +189,7 @@ def damaged(content: bytes, seed: int) -> bytes:
     if seed % 10 == 1:
         return FOREIGN[seed // 10 % len(FOREIGN)] + chance.randbytes(chance.randrange(2000))
     changed = bytearray(content)
-    # Even seeds change only the beginning, which describes the file. The rest is mostly numbers.
+    # Even seeds change only the first 20000 bytes, which in long files mostly describe the file.
     end = len(content) if seed % 2 else min(len(content), 20000)
     for _ in range(1 + seed % 5):
         changed[chance.randrange(end)] ^= 1 << chance.randrange(8)

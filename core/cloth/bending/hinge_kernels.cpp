@@ -163,7 +163,8 @@ LOOMSTONE_INLINE Lanes gather(const Index* hinges, const double* values) {
 }
 
 // Returns the curvature C (difference + beta rate) of each triangle of a batch [1/m]. `c` contains
-// C, the curvature per hinge angle, and beta is the damping [s]. `rate` may be null.
+// C, the curvature per hinge angle, and beta is the damping [s]. `difference` and `rate` are those
+// of hinge::Output; `rate` may be null.
 template <class Lanes>
 LOOMSTONE_INLINE Curvature<Lanes> curvature(const Index* hinges, const double* c, const Lanes& beta,
                                             const double* difference, const double* rate) {

@@ -103,7 +103,8 @@ class NeighbourLists {
   // Result of the pass of a rank over its lists.
   struct Pass {
     bool unexpected = false;  // vertices left their expected motion, or lists are tried again
-    bool due = false;         // an update at the end of the motion needs a search
+    // An update at the end of the motion needs a search. Set only for Cover::Gap on several ranks.
+    bool due = false;
     bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };

@@ -71,9 +71,10 @@ ContactForce force_at_start(const ContactLaw& law) {
   return extended_force({law.distance, linear}, law.thickness, law.normal_stiffness);
 }
 
-// Returns the secant stiffness of the force law, at most law.steepest, for a contact that would
-// close with its tangent stiffness [N/m]. The secant leads from the gap at the start to the gap at
-// which the law gives the force that is predicted for a change of the gap by `along` [m].
+// Returns the secant stiffness of the force law [N/m], at most law.steepest. It replaces the tangent
+// stiffness of a contact that is predicted to close. The secant leads from the gap at which the law
+// gives the force at the start to the gap at which it gives the predicted force. The prediction is
+// for a change of the gap by `along` [m].
 double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
   // Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
   // gaps. The prediction therefore uses at least `normal_stiffness`.

@@ -49,7 +49,7 @@ class SourceGroups {
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 
-// The charged faces of a magnet, without those on which J.n = 0.
+// The charged faces of a magnet: those on which J.n is not 0.
 class FaceGroups final : public SourceGroups {
  public:
   explicit FaceGroups(std::shared_ptr<const Polyhedron> mesh);

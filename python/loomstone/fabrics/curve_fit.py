@@ -97,7 +97,7 @@ def fit(
 
 
 def _limits(load: Any, shear_limit: Any) -> tuple[float, float | None]:
-    """Checks the load and the shear limit, and returns them as numbers in SI units."""
+    """Checks the load and the shear limit (None: not given), and returns them in SI units."""
     reached = number_in(load, "N/m", "fit: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
