@@ -74,7 +74,7 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """Remarks on specimens not at rest, intersections and the range; empty if there are none."""
+        """Remarks on specimens not at rest, intersections and the range; empty if none."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
