@@ -24,7 +24,7 @@ using RunPart = std::function<PartResult(const StepContext& part)>;
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
                     const RunPart& run);
 
-// Saves the contacts of the rigid-body world to `snapshot`.
+// Saves the contacts and the obstacle positions of the rigid-body world, if any, to `snapshot`.
 void save_world(const Engines& engines, State& snapshot);
 // Sets `state` to `snapshot`, and restores the rigid-body world.
 void return_to_state(const State& snapshot, Engines& engines, State& state);
