@@ -35,7 +35,8 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
-// Rigid bodies that the integrator moves within the step. It ignores contacts without cloth.
+// Rigid bodies that the integrator moves within the step. It ignores their contacts with each other
+// and with obstacles.
 struct BodiesOfStep {
   const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
   // (2 b x 3) velocities at the start, after the impulses of the user's forces [m/s, rad/s]
