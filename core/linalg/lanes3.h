@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// Vector of eight numbers of type Scalar, for kernels that use the type Lanes for eight doubles.
+// Vector of eight numbers of type Scalar in a kernel that is compiled for the vector type Lanes.
 template <class Lanes, class Scalar>
 using LanesOf =
     std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,
