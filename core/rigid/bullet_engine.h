@@ -19,9 +19,8 @@ namespace loomstone {
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
 // its pose at the end (for a facet: that of the best-fit motion). These velocities are set
-// explicitly. Bullet would compute them from pose
-// differences with an arc cosine, which amplifies rounding errors to a rotation of 1e-8 rad per
-// step.
+// explicitly. Bullet would compute them from pose differences with an arc cosine, which amplifies
+// rounding errors to a rotation of 1e-8 rad per step.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;

@@ -23,8 +23,8 @@ template <class Lanes>
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + n_lanes * k, value);
 }
-// Stores component k of lane l in out[16 l + k], with zero as fourth component. The transposition
-// is done in registers, because reloading individually stored lanes is slow.
+// Stores component k of lane l in out[16 l + k], and zero as the fourth component. The
+// transposition is done in registers, because reloading individually stored lanes is slow.
 template <class Lanes>
 LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   const Lanes zero{};

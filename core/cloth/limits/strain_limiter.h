@@ -52,7 +52,7 @@ class StrainLimiter {
   LimitReport measure(const Team& team, const Points& x);
 
  private:
-  // Performs sweeps until a sweep finds no element to correct, or options.max_sweeps is reached.
+  // Performs sweeps until no element has to be corrected or options.max_sweeps is reached.
   // Returns true if check_ is valid for the result.
   bool sweep_until_met(const Team& team, std::uint64_t key, const limit::Tables& tables,
                        const limit::Motion& motion, LimitReport& report);
