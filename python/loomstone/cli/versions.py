@@ -8,7 +8,7 @@ from .application import app
 
 @app.command()
 def versions() -> None:
-    """Prints the versions of loomstone and of the packages it uses.
+    """Prints the versions of loomstone, Python and selected packages.
 
     Include the output in problem reports.
     """
