@@ -58,9 +58,10 @@ def force(
     """Returns force and torque on one body, exerted by another.
 
     tolerance [1], 1e-12 to 0.1: requested error relative to the force, or to the torque divided by
-    the body's radius if that is larger. The charge or current of one body is integrated in the
-    exact field of the other. The reaction follows from the balance of linear and angular momentum:
-    force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and spheres are exact.
+    the body's radius if that is larger. In general, the charge or current of one body is integrated
+    in the field of the other. Dipoles and spheres need no integral. The reaction follows from the
+    balance of linear and angular momentum: force(on=b, by=a) is minus force(on=a, by=b) to the last
+    bit.
 
     `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
@@ -78,8 +79,8 @@ def force(
     Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
     range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of the sum of
     their radii exert the forces of bodies that touch. Overlap is always found if both bodies are
-    cuboids or one is a sphere. Between other bodies it is found if one of about 300 points on the
-    surface of either body lies in the other.
+    cuboids or one is a sphere. Between other bodies it is found if one of about 300 points (more on
+    meshes with many triangles) on the surface of either body lies in the other.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -137,7 +138,7 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     same moments whose distance is the sum of both radii. The energy of an induced body is that of
     its panels' charge in the potential of the magnet, and does not depend on the tolerance. threads
     0: all processors; the result does not depend on it. Raises Unsupported for currents, because
-    keeping them constant requires work.
+    keeping them constant requires work, and in general for two induced bodies.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

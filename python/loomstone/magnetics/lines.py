@@ -111,7 +111,7 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
 def frame_lines(
     simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FieldLines | None:
-    """Returns the field lines of a frame of a simulation, or None if the field is negligible.
+    """Returns the field lines of a frame; None without sources or if the field is negligible.
 
     Sources are the magnets of the frame and the coils that carry a current.
     """
