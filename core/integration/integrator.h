@@ -120,7 +120,7 @@ class Integrator {
   virtual bool needs_all_terms() const { return true; }
   // True if the scheme moves rigid bodies together with the cloth.
   virtual bool moves_bodies() const { return false; }
-  // True if the scheme evaluates the energy of all rows on every rank.
+  // True if the scheme evaluates energies, as Newton schemes do.
   virtual bool asks_energy() const { return false; }
   // Memory of the vectors of a step, of the linear solver without its preconditioner, and of the
   // preconditioner [bytes].

@@ -42,8 +42,8 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
-  // Reports of all certifications and fallbacks up to the certification whose result is used, with
-  // one entry for each vertex. `unresolved` is that of this certification.
+  // Merged reports of all certifications and fallbacks up to the certification whose result is
+  // used. `unresolved` is that of this certification.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks
