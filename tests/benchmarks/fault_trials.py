@@ -59,7 +59,7 @@ class Whole:
 
     def resumed(self, out: Path) -> str:
         """Completes an interrupted run and compares it with this one. Returns a phrase that says
-        whether all, some or no frames were there before.
+        whether all, some or no frames, or no run file, were there before.
         """
         begun = (out / "run.vtkhdf").exists()
         frames = len(ls.Run(out)) if begun else 0

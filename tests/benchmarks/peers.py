@@ -124,8 +124,8 @@ def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.f
     """Returns the mean energy in the last 0.4 s of a swing, as a share of that at the start.
 
     The energy at rest is subtracted from both. `run` is the result of another program. Velocities
-    are centred differences of frames. `gradients` are the deformation gradients of all frames, each
-    (m x 3 x 2).
+    are centred differences of frames, and zero at the start. `gradients` are the deformation
+    gradients of all frames, each (m x 3 x 2).
     """
     scene, _ = opened("swing", None)
     material, faces, positions = scene.cloths[0].material, run["faces"], run["X"]
