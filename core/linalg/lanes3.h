@@ -1,4 +1,4 @@
-// Arithmetic on eight rows at once, in single or double precision. A Lanes3 contains the three
+// Access to eight rows at once, in single or double precision. A Lanes3 contains the three
 // components of eight rows, with one row in each lane. It is converted from and to rows of four
 // numbers, the fourth of which is zero. The type of its components is a native vector or a Halves.
 #pragma once

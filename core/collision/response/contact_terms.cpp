@@ -29,9 +29,9 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   return sum;
 }
 
-// Largest allowed slope of a normal force, in units of the effective mass of the contact divided by
-// the square of the step. Our choice. With a steeper contact, the matrix could lose positive
-// definiteness in single precision.
+// Largest allowed slope of a normal force, in units of the effective mass of the contact's free
+// cloth vertices divided by the square of the step. Our choice. With a steeper contact, the matrix
+// could lose positive definiteness in single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended
