@@ -16,10 +16,9 @@ class EventCollisions {
   // events.
   virtual void begin(Index n_ticks) = 0;
   // Changes the velocities of vertices and bodies at a tick. Where EventMotion::ahead() or
-  // body_ahead() is not 0, the position belongs to a later event and changes with the velocity.
+  // body_ahead() is not 0, the position belongs to another time and changes with the velocity.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
   // The same in an event of a queue, only for the pairs of features that contain a listed vertex.
-  // The positions belong to the times in EventMotion::Clocks, and change with the velocities.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

@@ -43,7 +43,7 @@ double automatic_step(double largest, const State& state, Engines& engines);
 // damping of implicit Euler and by the allowed growth.
 void expect_step(double largest, const State& start, double h, Engines& engines, State& state);
 
-// Adds the error of a part to the report.
+// Records the error of a part in the report.
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,
                 StepReport& report);
 
