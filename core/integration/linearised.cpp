@@ -129,8 +129,8 @@ class LinearisedIntegrator final : public Integrator {
   // mean velocity of the motion to the target.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
-    // With contacts, the change of velocity in the last step is not used as a warm start, because
-    // its residual is nearly always larger than that of a zero guess.
+    // With contacts, the change of velocity in the last step is not used as a warm start. Our
+    // choice: its residual is nearly always larger than that of a zero guess.
     const bool warm = !step.asks_friction() && state.last_change.rows() == layout.n_rows();
     const double scale = state.change_scale(step.inputs.step);
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
