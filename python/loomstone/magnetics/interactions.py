@@ -76,11 +76,12 @@ def force(
     covers the torque divided by the body's radius. For many calls, build the cells once with
     `cells`; the error is then 0, because it refers to the sum over these cells only.
 
-    Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
-    range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of the sum of
-    their radii exert the forces of bodies that touch. Overlap is always found if both bodies are
-    cuboids or one is a sphere. Between other bodies it is found if one of about 300 points (more on
-    meshes with many triangles) on the surface of either body lies in the other.
+    Raises InvalidInput for solid magnets that overlap (they may touch), for loops or polylines that
+    meet, for a tolerance out of range, and for polylines that are not closed. Bodies that overlap
+    by at most 1e-6 of the sum of their radii exert the forces of bodies that touch. Overlap is
+    always found if both bodies are cuboids or one is a sphere. Between other bodies it is found if
+    one of about 300 points (more on meshes with many triangles) on the surface of either body lies
+    in the other.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -113,8 +114,8 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     tolerance [1]: error of each pair relative to the largest force between any two bodies, or to
     the pair's own torque / radius if that is larger. Linear and angular momentum are conserved to
     rounding. Between bodies made by cells(), the forces are sums over their cells. As in `force`,
-    errors are estimated, and solid magnets that overlap raise InvalidInput. threads 0: all
-    processors; the result does not depend on it.
+    errors are estimated, and magnets that overlap and wires that meet raise InvalidInput. threads
+    0: all processors; the result does not depend on it.
 
     The method `at` places each body at its pose:
 

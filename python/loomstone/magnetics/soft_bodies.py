@@ -181,8 +181,8 @@ def induce(
     / mu0. For chi >> 1, the force of a cube magnet on an equal cube is 12 % too large at a gap of
     one edge, and 37 % at a quarter.
 
-    threads 0: all processors; the result does not depend on it. Raises InvalidInput if bodies
-    overlap, and SolverFailure if no equilibrium is found.
+    threads 0: all processors; the result does not depend on it. The mutual response raises
+    InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)

@@ -220,7 +220,7 @@ class Run:
         return export_run(self, out, to=to, frames=frames, every=every, overwrite=overwrite)
 
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
-        """Returns the pairs of intersecting triangles in a frame.
+        """Returns the pairs of triangles that intersect in a frame and share no vertex.
 
         Triangles are numbered in the order of surface(): cloth first, then bodies and obstacles.
         """
