@@ -21,7 +21,7 @@ struct ConstrainInputs {
   const Team* team = nullptr;
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
-  StrainLimiter* limiter = nullptr;  // null: strain limits are not enforced
+  StrainLimiter* limiter = nullptr;  // null: strain limits are not enforced after the solve
   // false: strain is limited along edges (LimitMethod::Edges). These limits are enforced once,
   // before certification, and neither checked nor enforced again after it.
   bool limits_hold = true;
