@@ -153,7 +153,7 @@ TEST_CASE("forces of a limited membrane are the negative gradient of its energy"
     Membrane membrane = limited_membrane(run);
     const Points force = force_at(membrane, run.state.x);
     for (int i = 0; i < 9; ++i) {
-      // The tolerance covers the errors of the difference quotient. Forces are up to about 400 N.
+      // The tolerance covers the errors of the difference quotient.
       const double d = 1e-7;  // [m]
       Points above = run.state.x, below = run.state.x;
       above.data()[i] += d, below.data()[i] -= d;

@@ -346,6 +346,6 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // with two rings of neighbours, at most 12
+  CHECK(subset.vertices.size() < 15);  // a triangle with two rings of neighbours has at most 12
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }
