@@ -12,9 +12,10 @@
 
 namespace loomstone {
 
-// Order of expansions and opening criterion. Two cells are far apart if the sum of their radii is
-// less than `opening` times the distance between their centres. `error` is the error of the
-// gradient, relative to its largest value at the same distance from the source [1].
+// Order of expansions and opening criterion. A cube of the octree and a cluster of parts are far
+// apart if the sum of their radii is less than `opening` times the distance between their centres.
+// `error` is the error of the gradient, relative to its largest value at the same distance from the
+// source [1].
 struct ExpansionSetting {
   int order;
   double opening, error;
