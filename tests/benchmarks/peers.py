@@ -6,7 +6,7 @@ subtracted from both.
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
             [--peer-python PYTHON] [--programs blender mujoco newton pypbd]
 
-The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the other programs
+The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the chosen programs
 installed. A missing program is left out and reported in one line. Stretch and intersecting pairs
 of all programs are computed here from their frames: the largest principal stretch, and pairs by
 exact arithmetic. Times depend on the machine, so quote only ratios.
