@@ -186,7 +186,7 @@ TEST_CASE("the step of a limited triangle is at most the limit of stability in e
     const Points still = Points::Zero(3, 3);
     const double step = steps.at({}, run.state.x, still, *run.elasticity)[0];
     CAPTURE(by_edges, stretch);
-    CHECK(step <= 2.0 / std::sqrt(largest) * (1.0 + 1e-5));  // allows for errors of differences
+    CHECK(step <= 2.0 / std::sqrt(largest) * (1.0 + 1e-5));  // tolerance: error of `stiffness`
     CHECK(step >= 0.6 * 2.0 / std::sqrt(largest));
     shortest = std::min(shortest, step / steps.at_rest()[0]);
   }
