@@ -55,7 +55,8 @@ py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
   return array;
 }
 
-// Name and unit of an argument. The unit is "1" for dimensionless arguments.
+// Name and unit of an argument. The unit is "1" if the argument is dimensionless or if the Python
+// package has already converted it to a plain number.
 struct Argument {
   Argument(const char* argument, const char* its_unit = "1") : name(argument), unit(its_unit) {}
   const char* name;

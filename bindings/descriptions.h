@@ -229,7 +229,8 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
 // Converts a value that carries a unit to plain numbers in the unit of the field. Returns other
-// values unchanged. Throws a TypeError for a bool if the field may carry a unit.
+// values unchanged. If the field may carry a unit, throws InvalidInput for a unit of another
+// dimension and a TypeError for a bool.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;

@@ -87,9 +87,9 @@ inline std::string mesh_hint(const py::object& value) {
          "loomstone.meshes.read(path)";
 }
 
-// Throws a TypeError that names the required type of a field. If the field is a list, the message
-// names the first element of another type. Does nothing if the field is a number, or if kind_name()
-// is empty.
+// Throws a TypeError that names the required type of a field. If the field and the value are lists,
+// the message names the first element of another type. Does nothing if there is no such element, if
+// the field is a number, or if kind_name() is empty.
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {
   if constexpr (ListOf<Member>::value) {

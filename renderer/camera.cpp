@@ -167,7 +167,7 @@ void fit(const Camera& camera, const Framing& framing, View& view) {
   view.eye = eye;
 }
 
-// Returns a view from `eye` to `target`.
+// Returns a view from the eye to the target of `sight`.
 View aimed(const Camera& camera, double aspect, const Sight& sight) {
   View view;
   view.tangent_y = std::tan(0.5 * camera.field_of_view_degrees * pi / 180.0);

@@ -78,7 +78,7 @@ Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options,
   GLint most_samples = 1, most_pixels = 0;
   d.gl.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
   d.gl.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most_pixels);
-  const bool separate = most_samples < 2;  // samples are then drawn one by one, up to four
+  const bool separate = most_samples < 2;  // then 4 single samples are drawn instead of 2 or 4
   check_options(options, separate ? 4 : most_samples, most_pixels);
   const SurfacePass::Samples samples{options.samples, separate && options.samples > 1};
   const int w = options.width, h = options.height, half_w = (w + 1) / 2, half_h = (h + 1) / 2;

@@ -28,7 +28,7 @@ class Renderer {
  public:
   // `table` contains the colours of fields. If `diverging` is true, their automatic ranges (except
   // that of contact) are centred on the neutral value of the field. Throws InvalidInput for an
-  // invalid topology or option, and Unsupported if no OpenGL library can be loaded.
+  // invalid topology, option or LOOMSTONE_GL, and Unsupported if no OpenGL library is usable.
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();

@@ -15,7 +15,7 @@ struct BodiesAndTubes {
 };
 
 // Joins the meshes of bodies and curves. The vertices of the bodies in the first frame,
-// `first_bodies`, determine which edges are sharp.
+// `first_bodies`, determine which edges of the bodies are sharp.
 BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies,
                                 const Points& body_vertices, const Curves& curves);
 

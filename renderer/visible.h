@@ -40,7 +40,8 @@ struct Rectangle {
   int left, bottom, width, height;  // pixels, from the lower left corner
 };
 
-// Bounding rectangle of points [pixels], or the whole picture if a point is too near the eye.
+// Bounding rectangle of points [pixels], with a margin. It is the whole picture if a point is not
+// beyond the near clipping plane.
 class Reach {
  public:
   Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}

@@ -111,7 +111,7 @@ def scene(
     """response: mutual | explicit, the way in which the figures are magnetised; polarization:
     polarization of the block magnet [T].
 
-    resolution: number of panels per figure if the response is mutual.
+    resolution: least number of panels per figure if the response is mutual.
     """
     man = figure()
     volume = ls.meshes.mass_properties(man, 1.0).mass

@@ -5,7 +5,7 @@ All methods enforce the same limits, except for "none", which sets no limits, an
 cannot distinguish shear from stretch. With this scene, tests/benchmarks/limits.py reproduces table
 3.1 of [Thomaszewski2010], including the times and the excess that each method leaves.
 
-    loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
+    loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=false
 """
 
 from typing import Literal

@@ -56,9 +56,9 @@ struct EventBody {
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
-  // (n x 3) Changes of velocity by elastic forces and loads at the last event of each vertex [m/s].
-  // At the start of an interval of nested steps, where half a kick acts, they are those of a whole
-  // kick.
+  // (n x 3) Changes of velocity by elastic forces and loads at the present events [m/s]. Rows of
+  // vertices without a present event are 0 or not used. At the start of an interval of nested
+  // steps, where half a kick acts, they are those of a whole kick.
   const Points& kicks;
   // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
   // the time from now to the next event, or 0 if an event is due now. Positions and poses are those

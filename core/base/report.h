@@ -150,7 +150,7 @@ struct ContactReport {
   }
 };
 
-// Motion that certification withheld.
+// Requested motion, and motion that certification withheld.
 struct WithheldReport {
   std::int64_t vertices = 0;
   double requested = 0.0, motion = 0.0, share = 0.0, momentum = 0.0;

@@ -26,8 +26,9 @@ class FrameWriter {
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;
   FrameWriter& operator=(FrameWriter&&) noexcept;
-  // Writes a frame. Throws InvalidInput if the frame does not fit the topology, and CacheError if
-  // writing fails, for example because the disk is full. Earlier frames remain readable.
+  // Writes a frame. Throws InvalidInput if the frame does not fit the topology or the number of
+  // coil currents of the first frame, and CacheError if writing fails, for example because the disk
+  // is full. Earlier frames remain readable.
   void write(const Frame& frame);
   int n_frames() const;
 

@@ -20,8 +20,8 @@ using namespace hdf5;
 namespace {
 
 // Returns access properties that disable file locking, because a viewer may read a run while it is
-// written, and because network file systems often refuse locks. Closing a file also closes all its
-// objects.
+// written, and because network file systems often refuse locks. With these properties, closing a
+// file also closes all its objects.
 hid_t file_access() {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   H5Pset_file_locking(access, false, true);

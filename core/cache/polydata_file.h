@@ -24,7 +24,8 @@ struct PolyDataField {
   int components = 1;
   std::string unit, meaning;
   const void* constant = nullptr;
-  std::string role = {};  // for viewers: "TCoords", "Vectors"; empty: none
+  // Value of the HDF5 attribute `Attribute`, for viewers: "TCoords", "Vectors"; empty: none.
+  std::string role = {};
 };
 
 // The points and triangles of a file. Each point is a copy of a vertex. The first n_vertices points

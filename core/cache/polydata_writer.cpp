@@ -119,8 +119,8 @@ void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, 
       {file_.create_rows(path, {Number::Int64, columns}, {table_block}), stride, columns});
 }
 
-// Appends the row of a frame to all tables. Every row of NumberOfParts, the table with index 1,
-// contains 1.
+// Appends the row of a frame to all tables and to PointOffsets. Every row of NumberOfParts, the
+// table with index 1, contains 1.
 void PolyDataWriter::stage_tables(std::int64_t frame) {
   for (Table& table : tables_) {
     const std::int64_t entry = &table == &tables_[1] ? 1 : frame * table.stride;

@@ -36,7 +36,7 @@ struct ClothModel {
   std::vector<Index> strain_limit_of;
   bool limited_by_edges = false;  // true: the limits of all cloths apply to edges, not to triangles
   std::vector<BendingPart> bending;
-  Points rest_positions;  // (n x 3) shape at rest [m]; for flat cloth, any flat shape
+  Points rest_positions;  // (n x 3) initial positions, see BendingSetup [m]; empty: no bending
   Vector mass;            // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
   Incidence triangles_of_vertex;         // (n)

@@ -21,8 +21,8 @@ struct ClothState {
   // it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because contacts created energy [s];
-  // 0: none. Later steps grow faster until one of them has this length or is limited by its error.
-  // The stepper writes it.
+  // 0: none. Later steps grow faster until one of them has this length, or until their error or
+  // dissipation limits their growth. The stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // never grow. The asynchronous integrator writes them.

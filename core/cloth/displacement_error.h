@@ -17,9 +17,9 @@ struct StepError {
   // displacement [1].
   double strain = 0.0;
   // Largest ratio, over all cloths, of the membrane energy of the neglected strain to the kinetic
-  // energy of the cloth [1]. Kinetic energy is measured in a frame that moves with the mean
-  // velocity of the prescribed vertices of the cloth if there are any, and otherwise with its
-  // centre of mass.
+  // energy of the cloth [1]. Kinetic energy is measured in a frame that moves with the centre of
+  // mass of the prescribed vertices of the cloth if there are any, and otherwise with that of the
+  // cloth.
   double energy = 0.0;
 };
 
@@ -90,7 +90,7 @@ class DisplacementError {
   std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
-  Points end_;  // positions for which Sums::elastic of this rank's blocks is valid; no rows: none
+  Points end_;  // `end` of the last call of over(); no rows: none, or at() was called after it
 };
 
 }  // namespace loomstone

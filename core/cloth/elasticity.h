@@ -32,7 +32,7 @@ class Elasticity {
   // end) in the functions below must then be rows of this rank.
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout& layout);
 
-  // Largest eigenvalue of M^-1 K of bending in the rest shape [1/s^2]; 0 without bending.
+  // Largest eigenvalue of M^-1 K of bending at the rest positions [1/s^2]; 0 without bending.
   static double bending_eigenvalue(const ClothModel& model);
 
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }

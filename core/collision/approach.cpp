@@ -193,7 +193,8 @@ ApproachSearch::ApproachSearch(const CollisionModel& model, const std::vector<Su
     for (const Index s : {pair.a, pair.b}) thickness_[s] = std::max(thickness_[s], pair.thickness);
 }
 
-// Finds the end positions at the assumed speed, and the box of each vertex's motion.
+// Finds the end positions at faster_approach times the expected velocities, and the box of each
+// vertex's motion to its end position.
 void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) {
   x1_.resize(motion.x0.rows(), 3);
   parallel_for(

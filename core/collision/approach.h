@@ -40,23 +40,24 @@ struct ExpectedMotion {
 };
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
-// within the step. Candidates are pairs whose distance at the start is at most their thickness plus
-// largest_loss() at their relative speed, and whose 18-DOPs overlap. The 18-DOPs enclose the motion
-// at the assumed speed. A candidate is culled if its distance stays above the thickness along one
-// of these directions: from closest point to closest point at the start, the normal of the face, or
-// the common normal of the two edges. Two edges are also culled if their closest points cannot come
-// to lie inside both edges within the step. A pair is a contact if it is closer than its thickness
-// at the start. For edges, the closest points must also lie inside both edges, and neither surface
-// may be smooth.
+// within the step (approach_bounds.h). Candidates are pairs whose distance at the start is at most
+// their thickness plus largest_loss() at their relative speed, and whose 18-DOPs overlap. The
+// 18-DOPs enclose the motion at faster_approach times the expected velocities, with a margin for
+// the thickness and for the allowance at zero speed. A candidate is culled if its distance stays
+// above the thickness along one of these directions: from closest point to closest point at the
+// start, the normal of the face, or the common normal of the two edges. Two edges are also culled
+// if they cannot move by motion_to_cross() relative to each other within the step. A pair is a
+// contact if it is closer than its thickness at the start. For edges, the closest points must also
+// lie inside both edges, and neither surface may be smooth.
 class ApproachSearch {
  public:
   // Certification uses the same lists. Pairs that only certification needs do not affect results.
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Collective. Returns the pairs found by all ranks. Each rank tests the pairs in its lists, which
-  // are updated to motion.x0 if necessary. Surface pairs without lists, or all if `in_lists` is
-  // false, are searched in the broad phase.
+  // Collective. Returns the pairs found by all ranks. If `in_lists`, each rank tests the pairs in
+  // its lists, which are updated to motion.x0 if necessary, and surface pairs without lists are
+  // searched in the broad phase. Otherwise all surface pairs are searched there.
   Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle,
                 bool in_lists);
 
@@ -75,7 +76,7 @@ class ApproachSearch {
   GatherRoom room_;
   std::vector<double> thickness_;    // largest thickness among the pairs of each surface [m]
   std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
-  Points x1_;                        // scratch: positions at the end, at the assumed speed [m]
+  Points x1_;                        // scratch: end positions at faster_approach * v0 [m]
 };
 
 }  // namespace loomstone

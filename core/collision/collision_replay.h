@@ -35,14 +35,14 @@ class CollisionReplay {
 
   // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
   // of `repetitions` measurements. In dynamic division, the tests with which the ranks start are
-  // divided by their costs in an earlier step, whose positions are extrapolated backwards, so that
-  // each rank has about the same total. In static division, the top-level tests are dealt to the
+  // distributed so that their costs in an earlier step, whose positions are extrapolated backwards,
+  // have about the same sum on each rank. In static division, the top-level tests are dealt to the
   // ranks in turn.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 
-  // Measures the work on neighbour lists in both searches of a step. Entry i of each result is the
-  // work of all lists whose first cluster has index i among the first clusters of all surface
+  // Measures the work on neighbour lists in both searches of a step. Piece i of each OrderedWork is
+  // the work on all lists whose first cluster has index i among the first clusters of all surface
   // pairs. The expected costs are those of the preceding step. The motion is extrapolated backwards
   // to get the preceding steps. Each measured cost is the smallest of `repetitions` measurements.
   struct Lists {

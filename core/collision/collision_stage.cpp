@@ -100,7 +100,7 @@ struct CollisionStage::Data {
   CollisionRecord motion;
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
-  // where the preceding one ended, so contacts found at its end are used again. `known` also has
+  // where the preceding one ended, so the contacts found there are used again. `known` also has
   // the contacts that proximity() omits because of a tangle. If each rank keeps all contacts,
   // `known_x` and `known` are the same on all ranks.
   Points known_x;

@@ -25,9 +25,9 @@
 
 namespace loomstone {
 
-// Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
-// affect speed, not results. The ranks divide the search among themselves. Each of them receives
-// all impacts and, unless divide() has been called, all contacts. With the decomposition
+// Collision stage of a simulation. Caches trees, neighbour lists and contacts between calls. The
+// caches affect speed, not results. The ranks divide the search among themselves. Each of them
+// receives all impacts and, unless divide() has been called, all contacts. With the decomposition
 // "predicted", each rank keeps a part of the neighbour lists and tests their pairs. With the other
 // decompositions, the ranks traverse the trees of a SharedSearch.
 class CollisionStage {
@@ -65,7 +65,7 @@ class CollisionStage {
   // Totals of the contacts that the last call of one of these three functions found on all ranks.
   const ContactTotals& totals() const;
 
-  // Collective. Finds the pairs that may come closer than their thickness within a step of
+  // Collective. Returns the pairs that may come closer than their thickness in the step of
   // `motion`. Asynchronous steps evaluate contacts at events for these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
@@ -108,9 +108,10 @@ class CollisionStage {
   // Memory of the bounding-volume hierarchies on this rank, except those that only
   // proximity_alone() uses [bytes].
   std::size_t hierarchy_bytes() const;
-  // Memory of lists, of these other hierarchies and of other search data [bytes].
+  // Memory of lists, of the hierarchies of proximity_alone() and of other search data [bytes].
   std::size_t list_bytes() const;
-  std::size_t contact_bytes() const;  // memory of contacts and positions kept for later calls
+  // Memory of contacts and of other data kept for later calls [bytes].
+  std::size_t contact_bytes() const;
 
   // Sets whether certify() stores the motion that it receives. motion() returns the stored motion.
   void keep_motion(bool keep);

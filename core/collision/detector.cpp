@@ -88,7 +88,7 @@ struct Hit {
   double time;
 };
 
-// Tests each batch of candidates as it arrives, so that it never stores all candidates at once.
+// Tests each batch of candidates on arrival. The candidates are thus never stored all together.
 class ExactHits : public PairSink {
  public:
   ExactHits(const CollisionModel& model, const Points& x0, const Points& x1)

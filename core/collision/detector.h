@@ -48,7 +48,7 @@ class Detector {
   // candidates().
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  // The next query rebuilds the trees. This can change only the order of unsorted candidates.
+  // The next query rebuilds the tree. This can change only the order of unsorted candidates.
   void forget_trees();
   std::size_t tree_bytes() const;
 

@@ -1,11 +1,11 @@
-// Contacts at events within a step, between features whose vertices move at constant velocity from
-// one of their own events to the next. An impulse with Coulomb friction ([Thomaszewski2010],
-// (2.58), (2.59)) stops the approach of a pair that is closer than its thickness, and the pair then
-// regains its thickness slowly. A pair that is farther apart is evaluated again when it can come
-// closer than its thickness, but not within the shortest step of its vertices. Two edges push each
-// other only if their closest points lie inside both edges. Otherwise an end of one edge is closest
-// to the other edge, and the pairs of this vertex with the faces at that edge are at least as
-// close. Implements the second stage of [Thomaszewski2010], 4.3.
+// Contacts at events within a step. Cloth vertices move at constant velocity from one of their own
+// events to the next. An impulse with Coulomb friction ([Thomaszewski2010], (2.58), (2.59)) stops
+// the approach of a pair that is closer than its thickness, and the pair then regains its thickness
+// slowly. A pair that is farther apart is evaluated again when it may come closer than its
+// thickness, but no sooner than after the shortest step of its vertices. Two edges push each other
+// only if their closest points lie inside both edges. Otherwise an end of one edge is closest to
+// the other edge, and the pairs of this vertex with the faces at that edge are at least as close.
+// Implements the second stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>

@@ -10,7 +10,7 @@
 
 namespace loomstone {
 
-// The wrench on each carrier about its centre [N, N m], or the same per ampere [N/A, N m/A].
+// The wrench on each carrier about its centre [N, N m], also per ampere or per square ampere.
 using CarrierWrenches = std::vector<Wrench>;
 
 // Adds `factor` times each wrench of `what` to the wrench of the same carrier in `to`.

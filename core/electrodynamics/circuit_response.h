@@ -1,8 +1,8 @@
 // Response of magnetised bodies to circuit currents. The moment of a linear body depends linearly
 // on all currents, so forces are quadratic polynomials of the currents. Their coefficients are
 // determined at each instant with probe currents: positive and negative in each circuit, and
-// positive in each pair of circuits. The flux of the magnetised bodies through a coil is linear in
-// the currents and adds to the inductances.
+// positive in each pair of circuits. The flux of the magnetised bodies through a coil changes in
+// proportion to the circuit currents. This adds to the inductances.
 #pragma once
 
 #include <cstddef>

@@ -126,8 +126,8 @@ Couplings Kick::couplings(const Vector& middle_currents) const {
 
 // Solves (2 L / tau + R) i_m + E(i_m) = 2 L i / tau + V - M di_g / tau for i_m, with the symbols of
 // kick.h. di_g is the change of the given currents in the kick. The back-EMF E of a circuit is the
-// power of its wrenches Couplings::felt, which are per ampere. For given couplings, E is linear in
-// the wrenches on the bodies, and therefore in i_m.
+// power of its wrenches Couplings::felt, which are per ampere. For given couplings, E is an affine
+// function of the wrenches on the bodies, and therefore of i_m.
 Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& couplings,
                              const CarrierWrenches& wrenches) const {
   const Eigen::Index m = system.before.size();

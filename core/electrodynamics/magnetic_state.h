@@ -5,7 +5,7 @@
 
 namespace loomstone {
 
-// Currents of the circuits, and their energy balance since the start.
+// Currents and stored energy of the circuits. The other energies are totals since the start.
 struct CircuitState {
   Vector currents;      // (coils) currents of circuits, 0 for other coils [A]
   double energy = 0.0;  // energy stored in self and mutual inductances [J]

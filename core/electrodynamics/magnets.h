@@ -9,7 +9,7 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // Magnets in the order of the model. Induced dipoles are expressed in world axes.
+  // Magnets in the order of the model. Spheres treated as point dipoles have the axes of the world.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
   // (k x 3) Moments of the induced dipoles [A m^2]. If no magnet is an induced dipole, these are
@@ -22,9 +22,9 @@ class Magnets {
  public:
   explicit Magnets(const MagneticModel& model);
 
-  // Returns all magnets at the given poses, with the computed magnetisation and moments of the
-  // induced ones and the known fields (see Magnetised). `coils` are additional field sources.
-  // `moments` is an initial guess of the induced dipole moments.
+  // Magnetises the induced magnets at the given poses. Returns all magnets, the known fields and
+  // the induced dipole moments (see Magnetised). `coils` are additional field sources. `moments` is
+  // an initial guess of the induced dipole moments.
   Magnetised at(const Team& team, const CarrierPlaces& places,
                 const std::vector<MagneticBody>& coils, const Points& moments = Points()) const;
   // Returns the wrench on each carrier due to the magnets in each other's fields and in the uniform
@@ -40,7 +40,7 @@ class Magnets {
   // Returns MagneticModel::group() of each magnet.
   const std::vector<Index>& groups() const { return groups_; }
   bool dipoles_only() const { return !soft_; }  // whether all induced magnets are dipoles
-  // Returns the polarizability of each induced magnet [A m^2/T], 0 unless it is a sphere.
+  // Returns the polarisability of each induced magnet [A m^2/T], 0 unless it is a sphere.
   const Vector& polarizabilities() const { return polarizabilities_; }
 
  private:

@@ -63,7 +63,7 @@ std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) con
 }
 
 // Returns the induced spheres. The list is empty unless all induced bodies are point dipoles with
-// positive polarizability.
+// positive polarisability.
 std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody>& magnets) const {
   const std::vector<Index>& induced = magnets_.induced();
   std::vector<SoftSphere> spheres;

@@ -15,11 +15,10 @@ class EventCollisions {
   // Begins or repeats a step that is divided into n_ticks ticks. n_ticks is 0 if a queue orders the
   // events.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices and bodies at a tick. The positions are those predicted for
-  // their next events, so they change with the velocities.
+  // Changes the velocities of vertices and bodies at a tick. Where EventMotion::ahead() or
+  // body_ahead() is not 0, the position belongs to another time and changes with the velocity.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
   // The same in an event of a queue, only for the pairs of features that contain a listed vertex.
-  // The positions belong to the times in EventMotion::Clocks, and change with the velocities.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

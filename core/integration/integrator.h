@@ -35,7 +35,8 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
-// Rigid bodies that the integrator moves within the step. It ignores contacts without cloth.
+// Rigid bodies that the integrator moves within the step. It ignores their contacts with each other
+// and with obstacles.
 struct BodiesOfStep {
   const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
   // (2 b x 3) velocities at the start, after the impulses of the user's forces [m/s, rad/s]
@@ -119,7 +120,7 @@ class Integrator {
   virtual bool needs_all_terms() const { return true; }
   // True if the scheme moves rigid bodies together with the cloth.
   virtual bool moves_bodies() const { return false; }
-  // True if the scheme evaluates the energy of all rows on every rank.
+  // True if the scheme evaluates energies, as Newton schemes do.
   virtual bool asks_energy() const { return false; }
   // Memory of the vectors of a step, of the linear solver without its preconditioner, and of the
   // preconditioner [bytes].

@@ -5,8 +5,8 @@
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads, f_el is the gradient of the
-// elastic energy, and u0 is the displacement that follows from dv = 0. For BDF-2, with previous
-// values x_ and v_, inertia = b M (v - v_) and w = -b (x - x_) / sigma with
+// elastic energy, and u0 is the displacement at which forces are evaluated if dv = 0. For BDF-2,
+// with previous values x_ and v_, inertia = b M (v - v_) and w = -b (x - x_) / sigma with
 // b = SchemeCoefficients::history. Both are 0 for the other schemes.
 #include <algorithm>
 #include <cmath>
@@ -129,8 +129,8 @@ class LinearisedIntegrator final : public Integrator {
   // mean velocity of the motion to the target.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
-    // With contacts, the change of velocity in the last step is not used as a warm start, because
-    // its residual is nearly always larger than that of a zero guess.
+    // With contacts, the change of velocity in the last step is not used as a warm start. Our
+    // choice: its residual is nearly always larger than that of a zero guess.
     const bool warm = !step.asks_friction() && state.last_change.rows() == layout.n_rows();
     const double scale = state.change_scale(step.inputs.step);
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
@@ -291,10 +291,10 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the geometric term of the Jacobian uses the stress without the strain that the last
-  // step neglected. This reduces the damping of snapping wrinkles, so it is false for steps without
-  // a bounded error. It is false for schemes other than backward Euler, because their forces would
-  // turn less than the cloth does, which adds energy.
+  // True if the geometric term of the Jacobian excludes from the stress the strain that the last
+  // step neglected (see PastMotion). This reduces the damping of snapping wrinkles. It is false for
+  // steps without a bounded error, and for schemes other than backward Euler, because their forces
+  // would turn less than the cloth does, which adds energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

@@ -307,7 +307,7 @@ class NewtonIntegrator final : public Integrator {
 
   // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), with symbols as at the top of this file
   // and the energy psi of cloth and terms. With c = 1 (backward Euler) or 4 (midpoint), its
-  // gradient is r if there are no viscous forces. Every rank sums over all rows.
+  // gradient is r if there are no viscous forces. Collective.
   double potential(const Step& step, Iterate& it) {
     if (!std::isnan(it.potential)) return it.potential;
     const Index n = step.n;

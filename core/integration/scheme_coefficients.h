@@ -13,7 +13,7 @@ struct SchemeCoefficients {
   double c_d;    // factor of the damping D in the matrix [s]
   double c_k;    // factor of the stiffness K in the matrix [s^2]
   double sigma;  // factor of forces on the right-hand side [s]
-  double reach;  // factor of the velocity in the displacement that follows from dv = 0 [s]
+  double reach;  // factor of v in the displacement at which forces are evaluated if dv = 0 [s]
   double time;   // time from the start of the step to the evaluation of forces [s]
   // Factor b of BDF-2, which multiplies the displacement and the change of velocity of the last
   // step [1]. It is 0 for the other schemes.

@@ -126,7 +126,8 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
   lay_out_ranks(layout);
 }
 
-// Sets the halo of the first level, foreign_, and the layout of the message of gather_residual().
+// Sets first_replicated_, the halo of the first level, foreign_, and the layout of the message of
+// gather_residual().
 void AggregationMultigrid::lay_out_ranks(const RowLayout& layout) {
   const int n_ranks = layout.communicator().size();
   std::vector<Index> first_nodes;
@@ -213,7 +214,7 @@ void AggregationMultigrid::set_slots(const LinearSystem& system, const Halo& hal
     for (const Index row : neighbour.receive) set(row);
 }
 
-// Sums the blocks of this rank's free rows into plain_.
+// Sums the blocks of this rank's rows into plain_, if their row and column are free.
 void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system) {
   const BlockMatrix& matrix = *system.matrix;
   parallel_for(
@@ -426,8 +427,8 @@ BinnedSum AggregationMultigrid::correction_product() const {
   return sum;
 }
 
-// Gathers the residual of the first replicated level. Replaces `sums` by their totals over all
-// ranks, which are sent in the same message.
+// Gathers the residual of the first replicated level. Each rank sends its `sums` in the same
+// message. Replaces `sums` by their totals over all ranks.
 void AggregationMultigrid::gather_residual(const RowLayout& layout, BinnedSum* sums) {
   if (layout.single()) return;
   const Communicator& ranks = layout.communicator();

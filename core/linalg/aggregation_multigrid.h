@@ -39,14 +39,14 @@ class AggregationMultigrid {
  public:
   // Builds the levels for the pattern of `matrix`. Collective.
   void set_pattern(const BlockMatrix& matrix, const RowLayout& layout);
-  // Computes the coarse matrices by summing the blocks of free rows, including those of terms.
-  // Rebuilds the levels if terms couple aggregates that neither the matrix nor earlier terms
-  // couple, or if too many couplings of earlier terms are unused. `halo` contains the rows that the
-  // matrix and the terms couple to owned rows. Collective.
+  // Computes the coarse matrices by summing the blocks whose row and column are free, including
+  // those of terms. Rebuilds the levels if terms couple aggregates that neither the matrix nor
+  // earlier terms couple, or if too many couplings of earlier terms are unused. `halo` contains the
+  // rows that the matrix and the terms couple to owned rows. Collective.
   void prepare(const Team& team, const LinearSystem& system, const Halo& halo);
 
-  // Returns false if a diagonal block of a level or the coarsest matrix is not positive definite up
-  // to rounding. In that case there is no correction.
+  // Returns false if a diagonal block of a level or the coarsest matrix is not positive definite.
+  // In that case there is no correction.
   bool usable() const { return usable_; }
 
   // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows that
@@ -78,10 +78,9 @@ class AggregationMultigrid {
   void take_step(Scalar alpha);
 
   // Computes the correction for the residual r. Returns the dot product of r and the correction,
-  // computed as a sum over the levels: r . C r on the first level, with its symmetric smoother C,
-  // plus the dot product of residual and solution on the next level. With a single level, it is
-  // this dot product on that level. Replaces `sum` by its total over all ranks, in the same
-  // exchange. Collective.
+  // computed as r . C r, with the symmetric smoother C of the first level, plus the dot product of
+  // residual and solution on the second level. With a single level, it is the dot product of its
+  // residual and its solution. Also replaces `sum` by its total over all ranks. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {
@@ -121,7 +120,8 @@ class AggregationMultigrid {
   Index n_nodes_ = 0, n_blocks_ = 0;
   // Matrix of the aggregates, without blocks of terms. It stores only the rows of owned_.
   BlockMatrix plain_;
-  // Pairs (first < second) of aggregates that only terms couple, in ascending order.
+  // Pairs (first < second) of aggregates that the matrix does not couple, but that terms couple or
+  // have coupled, in ascending order.
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank
   std::vector<Index> place_;           // (blocks of plain_) index of each in levels_[0].matrix

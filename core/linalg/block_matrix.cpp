@@ -60,9 +60,8 @@ struct Blocks {
   const double* values;
 };
 
-// Loads each block column with one 4-wide load. The fourth lane contains the first entry of the
-// next column and is set to zero at the end. Three partial sums, one per column, keep the additions
-// independent.
+// Loads each block column with one 4-wide load. The fourth lane is meaningless and is set to zero
+// at the end. Three partial sums, one per column, keep the additions independent.
 template <class>
 LOOMSTONE_INLINE void multiply_rows(Index begin, Index end, Blocks matrix, const double* x,
                                     double* y) {

@@ -1,4 +1,4 @@
-// Arithmetic on eight rows at once, in single or double precision. A Lanes3 contains the three
+// Access to eight rows at once, in single or double precision. A Lanes3 contains the three
 // components of eight rows, with one row in each lane. It is converted from and to rows of four
 // numbers, the fourth of which is zero. The type of its components is a native vector or a Halves.
 #pragma once
@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// Vector of eight numbers of type Scalar, for kernels that use the type Lanes for eight doubles.
+// Vector of eight numbers of type Scalar in a kernel that is compiled for the vector type Lanes.
 template <class Lanes, class Scalar>
 using LanesOf =
     std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,

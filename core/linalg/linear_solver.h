@@ -25,10 +25,10 @@ struct LinearSystem {
   const std::vector<Mat3>* body_blocks = nullptr;
   const ExtraTerms* terms = nullptr;                 // may be null
   double term_scale = 0.0;                           // factor of every H (h^2 for backward Euler)
-  const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: the row's x is prescribed
+  const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: x is prescribed; may be null
   // Layout of all rows, bodies included. The solver computes the rows that this rank owns.
   const RowLayout* layout = nullptr;
-  const Halo* halo = nullptr;  // halo of `matrix`; the solver adds rows for terms
+  const Halo* halo = nullptr;  // halo of `matrix`, may be null; the solver adds rows for terms
   double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
   // Iterative solvers divide the norm of the residual by the larger of two norms: that of the
   // residual for x = 0 on free rows, and that of the momentum that `least_change` would give to the
@@ -71,9 +71,9 @@ struct LinearOptions {
 struct PcgMemory;
 
 // Data that one solve leaves for the next: the matrix in single precision, the preconditioner
-// and, if a loose tolerance ended the solve early, the state of the iteration. The memory belongs
-// to the caller. It is empty at first and after a solve that threw SolverFailure. Its storage is
-// reused, which does not change results.
+// and, if a loose tolerance ended the iteration early in single precision, the state of the
+// iteration. The memory belongs to the caller. It is empty at first and after a solve that threw
+// SolverFailure. Its storage is reused, which does not change results.
 class SolveMemory {
  public:
   SolveMemory();
@@ -91,10 +91,10 @@ class SolveMemory {
 };
 
 // Part of the system that is unchanged since the solve that filled the memory. Nothing: everything
-// may have changed. Matrix: only terms, right-hand side and tolerance may have changed. The
-// preconditioner is reused unless it is Gauss-Seidel. A x is reused if x is the solution of a solve
-// that ended early. System: only the tolerance may have changed. An iteration that ended early
-// continues.
+// may have changed. Matrix: only terms, right-hand side, guess and tolerance may have changed. The
+// preconditioner is reused unless it is Gauss-Seidel. The product A x is reused if the guess x is
+// the solution of that solve and the solve ended early. System: only the tolerance may have
+// changed. An iteration that ended early continues.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {
@@ -102,7 +102,7 @@ class LinearSolver {
   virtual ~LinearSolver() = default;
   // Solves for x (rows x 3) with the right-hand side b (rows x 3). On entry, x is the initial
   // guess. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
-  // of system, b and x disagree, Unsupported if the method cannot run on several ranks, and
+  // of system, b and x disagree, Unsupported on several ranks if the method runs only on one, and
   // SolverFailure if the matrix is not positive definite, a number is not finite or memory runs
   // out.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,

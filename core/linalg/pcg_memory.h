@@ -53,14 +53,14 @@ struct PcgMemory {
   Preconditioner preconditioner;
   Krylov<float> single;
   Krylov<double> wide;      // filled only if single precision does not suffice
-  bool has_matrix = false;  // `single.matrix` and the preconditioner belong to the last system
+  bool has_matrix = false;  // `single.matrix` and the preconditioner belong to the last matrix
   // Vectors of the iteration. x has four numbers per row, and one more row for empty lanes.
   // residual is stored by slices.
   std::vector<double> x, residual;
   // The larger of least_norm() and the norm of the residual for x = 0 on free rows.
   double b_norm = 0.0;
-  // True if the last solve stopped, in single precision, at a tolerance that is looser than the
-  // solver's own. x, b_norm, terms and the vectors of `single` then belong to its last iteration.
+  // True if a tolerance that is looser than the solver's own ended the iteration of the last solve
+  // in single precision. x, b_norm, terms and the vectors of `single` then belong to its last step.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };

@@ -15,9 +15,10 @@ namespace loomstone {
 
 class SlicedEllpack {
  public:
-  // A range of n_rows rows: those of the matrix and those that follow it.
+  // Range [begin, end) of the rows. n_rows is the number of all rows: those of the matrix and those
+  // that follow it.
   struct Range {
-    Index n_rows, begin, end;  // [begin, end)
+    Index n_rows, begin, end;
   };
   // Builds the slices for a range of rows. Without a matrix (null), rows have no off-diagonal
   // blocks. Returns false if the slices were already built for the same pattern and range.

@@ -1,4 +1,4 @@
-// Closed-form inverses, eigenvalues and rotations of 2x2 and 3x3 matrices.
+// Closed forms for 2x2 and 3x3 matrices: inverses, eigenvalues, positive parts and rotations.
 #pragma once
 
 #include <algorithm>

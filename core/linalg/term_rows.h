@@ -34,7 +34,7 @@ class TermRows {
   void evaluate(const Team& team, const Scalar* x);
   // Returns the sum of J^T force over the terms of an owned row.
   Vec3 force(Index row) const;
-  // Returns the sum of scale J^T H J over the terms of a row.
+  // Returns the sum of scale J^T H J over the terms of an owned row.
   Mat3 diagonal(Index row) const;
 
   std::size_t bytes() const {

@@ -33,7 +33,7 @@ std::vector<HalfEdge> sorted_half_edges(const Triangles& triangles) {
   return halves;
 }
 
-// Converts counts to offsets. At entry, start[i + 1] is the number of items of list i.
+// Converts counts to offsets. On entry, start[i + 1] is the number of items of list i.
 void accumulate(std::vector<Index>& start) {
   for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
 }

@@ -79,8 +79,8 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side give the requested number of triangles. In each direction, the
-  // loops try the two whole numbers of cells next to length / side.
+  // Square cells with this side give the requested number of triangles. The loops try the
+  // two whole numbers of cells next to width / side, and those next to height / side.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();

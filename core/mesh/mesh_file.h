@@ -34,10 +34,10 @@ struct MeshColors {
 
 // Writes a mesh. Reading the file restores positions and uv exactly. PLY is binary (little endian)
 // unless `text` is set; OBJ is always text. The file is written under a temporary name and then
-// renamed, so an incomplete file never has the given name. If rest coordinates differ along seams,
-// PLY stores them in the face list texcoord, and reading renumbers the uv indices. Throws
-// InvalidInput for colours that the format cannot contain or that do not match the mesh, and
-// CacheError if the file cannot be written.
+// renamed, so an incomplete file never has the given name. Unless each vertex has exactly one uv,
+// at its own index, PLY stores the uv in the face list texcoord, and reading renumbers them. Throws
+// InvalidInput for colours that the format cannot contain or that do not match the mesh,
+// Unsupported for other extensions, and CacheError if the file cannot be written.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
                 const MeshColors& colors = {});
 

@@ -12,7 +12,7 @@ struct ClosestPoint {
   Index triangle = -1;              // -1: nothing within the radius
   Vec3 point = Vec3::Zero();        // [m]
   Vec3 barycentric = Vec3::Zero();  // [1]
-  Vec3 normal = Vec3::Zero();       // unit pseudo-normal of the closest feature
+  Vec3 normal = Vec3::Zero();       // unit pseudo-normal of the closest feature; 0: undefined
   double distance = 0.0;            // [m], >= 0
 };
 

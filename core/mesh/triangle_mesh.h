@@ -14,11 +14,11 @@ class TriangleMesh {
  public:
   // vertices (n x 3) [m]; triangles (m x 3); uv (k x 2) rest coordinates [m], or empty;
   // uv_triangles (m x 3) rows of uv, or empty if equal to the triangles. Along a seam between
-  // panels, a vertex has several uv. Throws InvalidInput for NaN, infinity, empty arrays, arrays
-  // that do not match, an index out of range, zero area (also in uv), a repeated vertex in a face,
-  // duplicate faces, a non-manifold edge (more than two faces), inconsistent orientation, inverted
-  // uv and isolated vertices. Accepts panels mirrored in uv as a whole, and triangle fans that
-  // share only one vertex.
+  // panels, a vertex has several uv. Throws InvalidInput for NaN, infinity, no vertices, no
+  // triangles, arrays that do not match, an index out of range, zero area (also in uv), a repeated
+  // vertex in a face, duplicate faces, a non-manifold edge (more than two faces), inconsistent
+  // orientation, inverted uv and isolated vertices. Accepts panels mirrored in uv as a whole, and
+  // triangle fans that share only one vertex.
   TriangleMesh(Points vertices, Triangles triangles, Points2 uv = {}, Triangles uv_triangles = {});
 
   Index n_vertices() const { return static_cast<Index>(vertices_.rows()); }

@@ -1,4 +1,4 @@
-// Surfaces built from rings of vertices: capsule, cylinder, wave bar and funnel. Adjacent rings are
+// Surfaces built from rings of vertices: capsule, cylinder, wavy bar and funnel. Adjacent rings are
 // joined along the shorter diagonals. Every other ring is rotated by half a segment, so that
 // triangles are nearly equilateral. The rings of the cylinder are not rotated, because it is a
 // prism.

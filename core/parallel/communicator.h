@@ -81,9 +81,9 @@ class Communicator {
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
-  // Text of the last failure that the ranks agreed on; empty if there was none or on a single rank.
+  // Text of the last failure that the ranks agreed on; empty if there was none or without MPI.
   virtual std::string agreed() const { return {}; }
-  // Traffic of this rank; zero on a single rank.
+  // Traffic of this rank; zero without MPI.
   virtual Traffic traffic() const { return {}; }
   // Ends all ranks at once after an error on only one of them. Otherwise the other ranks would wait
   // forever.
@@ -95,9 +95,9 @@ std::shared_ptr<const Communicator> single_communicator();
 
 // Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
 // comm.py2f(). -1 denotes MPI_COMM_WORLD; MPI is then initialised if necessary. Throws Unsupported
-// with advice on installation if the plug-in cannot be loaded, and InvalidInput if it makes no
-// communicator or if the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is
-// set and not 0, a rank that waits for the others longer than that ends all ranks (mpi_watch.h).
+// with advice if the plug-in cannot be loaded, and InvalidInput if it makes no communicator or if
+// the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is set and not 0, a
+// rank that waits for the others longer than that ends all ranks (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // Returns true if an MPI launcher started this process with more than one rank, according to the

@@ -142,8 +142,8 @@ class MpiWatch::Thread {
     }
   }
 
-  // Asks all ranks what they do. Aborts them if this rank still waits in the same operation when
-  // all have answered or the time for their answers is over.
+  // Asks all ranks what they do and collects their answers. Aborts them if this rank is then still
+  // in the same wait.
   void call_roll() {
     const std::int64_t since = changed_;
     const auto same_wait = [&] { return waiting_ && changed_ == since; };

@@ -18,9 +18,9 @@ namespace loomstone {
 // a moving body by 5 cm, so the box of a small body could overlap hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
-// its pose at the end. These velocities are set explicitly. Bullet would compute them from pose
-// differences with an arc cosine, which amplifies rounding errors to a rotation of 1e-8 rad per
-// step.
+// its pose at the end (for a facet: that of the best-fit motion). These velocities are set
+// explicitly. Bullet would compute them from pose differences with an arc cosine, which amplifies
+// rounding errors to a rotation of 1e-8 rad per step.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;

@@ -250,9 +250,9 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 // The axis of least overlap of a triangle is not admissible if other triangles extend farther along
 // this axis. Let o be the overlap of the hull with all triangles along this axis, and m the overlap
 // of hull and triangle along the best admissible axis. If o <= m, the axis of least overlap gives
-// one contact with the overlap o. Of such contacts, the one with the smallest o is used, if no
-// other contact overlaps. If o > m, contacts have the direction of the best admissible axis. If m
-// is far larger than the least overlap, these are also used only if no other contact overlaps.
+// one contact with the overlap o. If o > m, contacts have the direction of the best admissible
+// axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
+// the contact with the smallest o and the deferred contacts with a smaller m are added.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -17,9 +17,9 @@ struct HullContact {
 };
 
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
-// clipping. The triangles are given in the axes of the hull. A triangle faces the side on which it
-// touched the hull in the last step or, if it did not touch the hull, the side of the hull's
-// centre. An edge or corner of a triangle has contacts only in directions in which no other
+// clipping. The triangles are given in the axes of the hull. A triangle faces the side to which the
+// nearest contact in its plane pointed in the last step or, if there was none, the side of the
+// hull's centre. An edge or corner of a triangle has contacts only in directions in which no other
 // triangle at this edge or corner extends farther. Triangles count as neighbours if they have
 // corners with bitwise equal coordinates. Internal edges of a flat surface therefore do not block a
 // hull that slides over it.
@@ -59,17 +59,16 @@ class HullOnTriangles {
   // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
   // `from` if no corner is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
-  // which contacts are admissible. The normal of the triangle is always admissible. Returns false
-  // if there is no contact. This is the case if the gap along some axis exceeds `near`, or if hull
-  // and triangle overlap along `best` but are clearly apart along an axis that was not considered
-  // for `best`.
+  // Determines two axes of least overlap: `best`, and `met` among the axes along which contacts are
+  // admissible. The normal of the triangle is always admissible. Returns false if there is no
+  // contact. This is the case if the gap along some axis exceeds `near`, or if hull and triangle
+  // overlap along `best` but are clearly apart along an axis that was not considered for `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
-  // Adds the contacts between the hull and a triangle. They have the direction of `axis` or, if
-  // both are nearly parallel, that of the triangle's `normal`.
+  // Adds the contacts between the hull and a triangle. They have the direction of `axis` or, only
+  // if `axis` is nearly parallel to the triangle's `normal`, that of `normal`.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
   void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near);

@@ -20,7 +20,8 @@ struct SphereContact {
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
 // Returns the first contact of a sphere with another sphere during the relative `motion` [m], if
-// there is one. The gap of the contact is the one at the start of the motion.
+// there is one and the spheres are apart at the start. The gap of the contact is the one at the
+// start of the motion.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);

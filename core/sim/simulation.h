@@ -46,7 +46,7 @@ class Simulation {
   // returns the last stored motion. It has no vertices if nothing collides or no motion was stored.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
-  // Memory of the bounding-volume hierarchies on this rank [bytes].
+  // Returns CollisionStage::hierarchy_bytes(), or 0 if nothing collides.
   std::size_t hierarchy_bytes() const;
   // Memory that this rank occupies, by the part of the simulation that owns it.
   struct MemoryPart {
@@ -91,17 +91,17 @@ class Simulation {
   Points external_body_torques() const;
   void set_external_body_torques(const Points& torques);
   // Sets target positions of prescribed vertices, which replace the script. They are reached after
-  // the time step_size(). Rows of other vertices are ignored.
+  // the time step_size(). Rows of other vertices must be finite, too, but have no effect.
   void set_pin_targets(const Points& targets);
   // Sets the pose of an obstacle, which replaces its keyframes. It is reached after the time
   // step_size().
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
-  // Returns the current magnetic forces [N] and torques about the centres of mass [N m] on the
+  // Returns the present magnetic forces [N] and torques about the centres of mass [N m] on the
   // bodies (b x 3).
   std::array<Points, 2> magnetic_forces() const;
-  // circuits() returns the currents and energies of the circuits. currents() returns the current in
-  // each coil [A].
+  // circuits() returns the currents and energies of the circuits, and the energy that bearings take
+  // from bodies. currents() returns the current in each coil [A].
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // current of the first circuit [A]

@@ -1,4 +1,4 @@
-"""The directive `scene-gallery`: every scene file with its picture, computing time and source.
+"""The directive `scene-gallery`: every scene file with its picture, size, times and source.
 
 tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that is
 not in this file appears without picture, size and time.

@@ -71,15 +71,15 @@ def limit(
     rest: Literal["uv", "mesh"] = "uv",
     threads: int = 0,
 ) -> tuple[NDArray[np.float64], LimitReport]:
-    """Moves points until no triangle exceeds its strain limit by more than the tolerance.
+    """Moves points until the strain limit is exceeded nowhere by more than the tolerance.
 
-    Stops after `max_sweeps` sweeps over the triangles at the latest.
+    Stops after `max_sweeps` sweeps at the latest.
 
-    Returns the new points (n, 3) [m] and a report of the remaining excess.
+    Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess.
 
     points : (n, 3) positions of the mesh vertices [m]
-    masses : (n,) masses of the vertices [kg]; None: a third of the area of the triangles around
-        each vertex
+    masses : (n,) masses of the vertices [kg]; None: a third of the rest area of the triangles
+        around each vertex
     fixed : indices of the vertices that do not move
     method, tolerance, max_sweeps, active_set, seed : as in LimitOptions
     rest, threads : as in strain()

@@ -47,9 +47,9 @@ class Simulation(_core.Simulation):
         do not depend on the number.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
-        has the positions and velocities of all vertices. If an array is assigned between steps,
-        each row takes the value assigned on the rank that owns it. Values assigned for obstacles
-        are those of rank 0.
+        has the positions and velocities of all vertices. If an array of the cloth is assigned
+        between steps, each row takes the value assigned on the rank that owns it. Values assigned
+        for bodies and obstacles are those of rank 0.
     decomposition : how the search for collisions is divided among ranks and threads. "predicted":
         every rank keeps a part of the neighbour lists over several steps and tests their pairs. The
         costs of the lists in earlier steps determine the parts. "static" and "dynamic": every step
@@ -204,9 +204,9 @@ class Simulation(_core.Simulation):
     def restore(self, checkpoint: Checkpoint) -> None:
         """Continues from a checkpoint of the same scene and integrator.
 
-        If scene or integrator differ, raises a CacheError that names the fields that differ. Older
-        checkpoints, which do not contain these fields, are compared by their numbers of vertices,
-        bodies and so on.
+        If the scene or the integrator differs, raises a CacheError that names the fields that
+        differ. Older checkpoints, which contain no hashes of fields, are compared by their numbers
+        of vertices, bodies and so on.
         """
         _check_type("checkpoint", checkpoint, Checkpoint)
         super().restore(checkpoint)

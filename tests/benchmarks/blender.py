@@ -39,7 +39,7 @@ def simulated(directory: Path, triangles: int, duration: float) -> ls.Run:
 
 
 def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str:
-    """Exports a run, draws a frame of it in Blender, and returns a line of sizes and times."""
+    """Exports a run, draws a frame in Blender, and returns a line: size, times, distance."""
     target = settings.out / SUFFIXES[to]
     begun = time.perf_counter()
     paths = run.export(target, to=to, overwrite=True)

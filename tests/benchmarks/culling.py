@@ -8,8 +8,9 @@ each other (reach), those that are registered for events (registered), and the p
 that is not registered (culled). The 18-DOPs enclose the motion that the search assumes: 1.5 times
 the velocity, with the allowance for velocities that change. "constant" counts the pairs whose
 18-DOPs overlap at constant velocity, without the allowance. The last row of an interval has the
-sums. The exit status is 1 if these show for any interval that less than half of the overlapping
-pairs are culled. [Thomaszewski2010], figure 4.5, reports more than half for its ribbon.
+sums. The exit status is 1, except with --smoke, if these show for any interval that less than half
+of the overlapping pairs are culled. [Thomaszewski2010], figure 4.5, reports more than half for its
+ribbon.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 """Compares verdicts and impact times of random degenerate continuous collision queries with those
-of exact integer arithmetic in Python. A run takes minutes to hours.
+of exact integer arithmetic in Python.
 
     python tests/benchmarks/exact_verdicts.py --queries 1000000 [--seed 0]
 """
@@ -23,7 +23,7 @@ SHARES = {
     "start": 2,
     "end": 2,
     "parallel": 2,
-}  # relative numbers of queries by family; 1 for the other families, which are slow
+}  # relative numbers of queries by family; 1 for the other families
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """Scenes whose fields are mutated at random by hypothesis, for faults.py and the tests.
 
 A mutated scene must either be refused by an ls.Error of one line, or be simulated with finite
-positions and velocities. The report must count any intersections of cloth.
+positions and velocities. Any intersections of cloth must be reported.
 """
 
 from __future__ import annotations

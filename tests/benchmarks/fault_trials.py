@@ -59,7 +59,7 @@ class Whole:
 
     def resumed(self, out: Path) -> str:
         """Completes an interrupted run and compares it with this one. Returns a phrase that says
-        whether all, some or no frames were there before.
+        whether all, some or no frames, or no run file, were there before.
         """
         begun = (out / "run.vtkhdf").exists()
         frames = len(ls.Run(out)) if begun else 0
@@ -180,8 +180,8 @@ def originals(whole: Whole) -> dict[str, bytes]:
 
 
 def damaged(content: bytes, seed: int) -> bytes:
-    """Truncates the content, flips bits and may overwrite a part, or returns noise that may follow
-    a header.
+    """Returns the content truncated, or with some bits flipped and perhaps a part overwritten, or
+    else noise, perhaps after a header.
     """
     chance = random.Random(seed)
     if seed % 10 == 0:
@@ -189,7 +189,7 @@ def damaged(content: bytes, seed: int) -> bytes:
     if seed % 10 == 1:
         return FOREIGN[seed // 10 % len(FOREIGN)] + chance.randbytes(chance.randrange(2000))
     changed = bytearray(content)
-    # Even seeds change only the beginning, which describes the file. The rest is mostly numbers.
+    # Even seeds change only the first 20000 bytes.
     end = len(content) if seed % 2 else min(len(content), 20000)
     for _ in range(1 + seed % 5):
         changed[chance.randrange(end)] ^= 1 << chance.randrange(8)

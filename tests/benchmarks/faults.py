@@ -120,7 +120,7 @@ def file_systems(place: Path, scale: float) -> Trials:
 
 
 def files(place: Path, scale: float) -> Trials:
-    """2,000 damaged files for each reader; a batch of 100 counts as one trial."""
+    """At full scale, 2,000 damaged files for each reader; a batch of 100 counts as one trial."""
     kept = place / "originals"
     kept.mkdir(exist_ok=True)
     for name, content in fault_trials.originals(Whole(place)).items():

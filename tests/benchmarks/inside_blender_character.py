@@ -2,8 +2,8 @@
 Python.
 
 A tube has a skin of two bones and a shape key. Within 25 frames its upper bone turns, its armature
-moves and the shape key grows. The only argument is a directory, in which tube.glb, tube.usdc and
-the vertices in world space (25 x n x 3) in tube.npy are written.
+moves and the shape key grows. The only argument is the directory for tube.glb, tube.usdc and
+tube.npy, which has the vertices in world space (25 x n x 3).
 """
 
 import math

@@ -46,7 +46,7 @@ def repaints(page: Any) -> int:
 
 
 def start_counting(page: Any, live: Any) -> None:
-    """Counts the repaints of the page from when it has been drawn 20 times."""
+    """Starts to count the repaints of the page, and waits until there have been 20."""
     deadline = time.monotonic() + 60.0
     while not live.page.server.get_clients() and time.monotonic() < deadline:
         time.sleep(0.1)

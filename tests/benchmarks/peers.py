@@ -6,7 +6,7 @@ subtracted from both.
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
             [--peer-python PYTHON] [--programs blender mujoco newton pypbd]
 
-The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the other programs
+The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the chosen programs
 installed. A missing program is left out and reported in one line. Stretch and intersecting pairs
 of all programs are computed here from their frames: the largest principal stretch, and pairs by
 exact arithmetic. Times depend on the machine, so quote only ratios.
@@ -124,8 +124,8 @@ def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.f
     """Returns the mean energy in the last 0.4 s of a swing, as a share of that at the start.
 
     The energy at rest is subtracted from both. `run` is the result of another program. Velocities
-    are centred differences of frames. `gradients` are the deformation gradients of all frames, each
-    (m x 3 x 2).
+    are centred differences of frames, and zero at the start. `gradients` are the deformation
+    gradients of all frames, each (m x 3 x 2).
     """
     scene, _ = opened("swing", None)
     material, faces, positions = scene.cloths[0].material, run["faces"], run["X"]

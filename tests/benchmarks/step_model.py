@@ -6,10 +6,10 @@
     python tests/benchmarks/step_model.py out/one out/two [--ranks 1 2 12 64 --first 10]
 
 On n ranks, collision handling and the rest of a step each take the time a + b / n outside
-communication. Both pairs of numbers a and b are fitted to the runs, which must have different
-numbers of ranks. A collective operation takes one message in each of log2(n) rounds (rounded up),
-and every rank receives the bytes that all ranks send. Times are means, not minima, over the steps
-from --first on, so other programs on the machine would distort them.
+communication. Both pairs of numbers a and b are fitted to the runs, which must have at least two
+different numbers of ranks. A collective operation takes one message in each of log2(n) rounds
+(rounded up), and every rank receives the bytes that all ranks send. Times are means, not minima,
+over the steps from --first on, so other programs on the machine would distort them.
 """
 
 from __future__ import annotations

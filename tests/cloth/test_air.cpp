@@ -1,4 +1,4 @@
-// Tests of air drag, compared with closed forms.
+// Tests of air drag, compared with closed forms, and of gusts.
 #include <catch2/catch.hpp>
 #include <cmath>
 

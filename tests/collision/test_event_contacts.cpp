@@ -125,8 +125,8 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
 }
 
 TEST_CASE("at events, a vertex beside an edge of a face is pushed along the normal of the face") {
-  // The vertex is 1 mm above the face and 1 mm inside an edge of it. The edges at the vertex are
-  // 1.4 mm away from this edge, less than the thickness of 2 mm, but only at their end, the vertex.
+  // The vertex is 1 mm above the face and 1 mm inside an edge of it. The two edges that end in the
+  // vertex are closest to this edge there, at 1.4 mm. This is less than the thickness of 2 mm.
   Points corners(3, 3), above(3, 3);
   corners << 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0;
   above << 0.04, 0.001, 0.001, 0.03, 0.002, 0.05, 0.05, 0.002, 0.05;

@@ -29,7 +29,7 @@ TestScene sheets_on_table(Index cells) {
        {grid_cells(0.3, 0.3, 4, 4).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
 }
 
-// Contacts of some steps. results() adds end positions and approaching pairs.
+// Contacts of some steps. results() adds end positions and the results of approach().
 struct Results {
   std::vector<double> numbers;
   std::int64_t contacts = 0, impacts = 0, unlisted = 0;
@@ -181,8 +181,9 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
     std::size_t n_lists = 0;
     double cost = 0.0;
   };
-  // Returns the lists of a rank after a calm motion, and their costs in its last ten steps. Every
-  // other vertex is lifted in proportion to x^2, so the number of contacts varies over the sheets.
+  // Returns the lists of a rank after a calm motion, and their total cost in its last ten steps.
+  // Every other vertex is lifted in proportion to x^2, so the number of contacts varies over the
+  // sheets.
   const auto seen_by = [&](const Communicator& ranks) {
     BroadPhase broad_phase(scene.model, pairs, {ranks.rank(), ranks.size()});
     NeighbourLists lists(scene.model, pairs, broad_phase, ranks);
@@ -215,5 +216,5 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
   }
   CHECK(all.size() == n_lists);
   CHECK(n_lists > 1000);
-  CHECK(4.0 * most < 1.3 * sum);  // lists are distributed again above a ratio of 1.25
+  CHECK(4.0 * most < 1.3 * sum);  // a ratio above 1.25 makes the ranks distribute lists again
 }

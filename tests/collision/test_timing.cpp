@@ -1,5 +1,5 @@
-// Measures the times of the collision stages [ms]. The usual test run excludes these cases; the
-// command test_collision "[timing]" runs them.
+// Measures the times of the collision stages [ms]. The usual test run excludes this test; the
+// command test_collision "[timing]" runs it.
 #include <catch2/catch.hpp>
 
 #include <chrono>

@@ -117,7 +117,7 @@ TEST_CASE("Newton loops move cloth without loads at constant velocity") {
   const IntegratorOptions o = exact_options(method.c_str(), 4e-3);
   ClothRun run = make_run(mesh, newton_material(), o, {1e-5, {}, Vec3::Zero()});
   const Vec3 velocity = speed * Vec3(0.6, 0.0, 0.8);
-  // Turned, so that the strains are not zero but rounding errors.
+  // The sheet is turned, so that its strains are rounding errors instead of zero.
   const Eigen::AngleAxisd turn(0.4, Vec3(1, 0.3, 0).normalized());
   for (Index i = 0; i < mesh.n_vertices(); ++i) {
     run.state.x.row(i) = (turn * Vec3(mesh.vertices().row(i))).transpose();

@@ -274,8 +274,8 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
   }
 }
 
-// Length [m] of a strip that hangs under its own weight with uniaxial stress. The stretch lambda
-// satisfies E lambda (lambda^2 - 1) / 2 = rho g s, where s is the rest length below the point. The
+// Length [m] of a strip that hangs under its own weight with uniaxial stress. At a point with the
+// rest length s below it, the stretch lambda satisfies E lambda (lambda^2 - 1) / 2 = rho g s. The
 // hanging length is the integral of lambda. weight: rho g [N/m^2], modulus: E [N/m].
 double hung_length(double length, double weight, double modulus) {
   const int parts = 2000;

@@ -1,6 +1,6 @@
-// A symmetric positive definite system, generated from a fixed seed, with all features of the
-// system of a time step: a grid of cloth rows, bodies, contact terms between distant rows and with
-// bodies, and fixed rows with prescribed values.
+// A symmetric positive definite system, generated from a fixed seed, that resembles the system of a
+// time step: a grid of cloth rows, bodies, contact terms between distant rows and with bodies, and
+// fixed rows with prescribed values.
 #pragma once
 
 #include <algorithm>

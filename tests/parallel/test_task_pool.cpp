@@ -26,7 +26,7 @@ bool each_once(const Visits& visits) {
 }
 
 // Runs `rounds` rounds of the pool on threads that act as ranks. Successive rounds have different
-// trees. Returns the numbers of tests and messages in the reports of all ranks, summed over rounds.
+// trees. Returns one report per rank, with numbers of tests and messages summed over the rounds.
 std::vector<PoolReport> run_rounds(int n_ranks, int threads, int rounds, unsigned seed) {
   ThreadMailboxes mailboxes(n_ranks, 20e-6, seed);
   std::vector<RandomTree> trees;

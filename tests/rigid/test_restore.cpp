@@ -128,7 +128,7 @@ TEST_CASE("rebuilding often does not disturb a stack") {
 }
 
 TEST_CASE("a restored world knows where its obstacles were") {
-  // The floor rises at 1 m/s. If its pose were lost, the next step would throw the brick.
+  // The floor rises at 1 m/s. If its position were lost, the next step would throw the brick.
   const bool deforms = GENERATE(false, true);
   CAPTURE(deforms);
   const RigidObstacle flat = floor_of(1.0, 2);

@@ -22,7 +22,9 @@ namespace loomstone {
 
 // Input from which either bending element is built.
 struct BendingSetup {
-  Points rest_positions;          // (n x 3) [m] shape at rest; for flat cloth, any flat shape
+  // (n x 3) [m] Positions for largest_eigenvalue(), and for the rest angles if flat_rest is false
+  // and rest_angles is empty.
+  Points rest_positions;
   Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<Mat3> rigidity;     // (m) bending stiffness D for (kxx, kyy, 2 kxy) [N m]
@@ -87,7 +89,7 @@ class Bending {
   // rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
-  // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
+  // Largest eigenvalue lambda of M^-1 K at the rest positions, by power iteration [1/s^2]. M is the
   // mass matrix, and K is the bending stiffness. Undamped steps of symplectic Euler are stable
   // below the length 2 / sqrt(lambda). Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;

@@ -1,5 +1,4 @@
-// Functions that both bending elements use: input checks, creation of hinges and largest
-// eigenvalue.
+// Functions that both bending elements use.
 #pragma once
 
 #include <functional>
@@ -22,8 +21,8 @@ HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges);
 // Returns 0, 1, ..., n - 1.
 std::vector<Index> all_of(Index n);
 
-// Returns the largest eigenvalue of M^-1 K in the rest shape, computed by power iteration [1/s^2].
-// M is the mass matrix, and K is the bending stiffness. moments(values, out) must multiply the
+// Returns the largest eigenvalue of M^-1 K at the rest positions, by power iteration [1/s^2]. M is
+// the mass matrix, and K is the bending stiffness. moments(values, out) must multiply the
 // matrix of hinge moments per hinge angle by the vector of the rates in `values`, and store the
 // product in `out`. Prescribed vertices do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,

@@ -23,8 +23,8 @@ template <class Lanes>
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + n_lanes * k, value);
 }
-// Stores component k of lane l in out[16 l + k], with zero as fourth component. The transposition
-// is done in registers, because reloading individually stored lanes is slow.
+// Stores component k of lane l in out[16 l + k], and zero as the fourth component. The
+// transposition is done in registers, because reloading individually stored lanes is slow.
 template <class Lanes>
 LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   const Lanes zero{};
@@ -163,7 +163,8 @@ LOOMSTONE_INLINE Lanes gather(const Index* hinges, const double* values) {
 }
 
 // Returns the curvature C (difference + beta rate) of each triangle of a batch [1/m]. `c` contains
-// C, the curvature per hinge angle, and beta is the damping [s]. `rate` may be null.
+// C, the curvature per hinge angle, and beta is the damping [s]. `difference` and `rate` are those
+// of hinge::Output; `rate` may be null.
 template <class Lanes>
 LOOMSTONE_INLINE Curvature<Lanes> curvature(const Index* hinges, const double* c, const Lanes& beta,
                                             const double* difference, const double* rate) {

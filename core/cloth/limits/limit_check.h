@@ -24,8 +24,8 @@ struct BrokenLimit {
 
 // Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
-  int sweeps = 0;                   // a first check without violations counts as a sweep
-  std::int64_t evaluations = 0;     // strain evaluations before the final check, as on one rank
+  int sweeps = 0;                   // a first check that finds nothing to correct counts as a sweep
+  std::int64_t evaluations = 0;     // of elements and edges before the final check, as on one rank
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated
@@ -57,7 +57,8 @@ class LimitCheck {
   }
 
   // Adds the excesses to `report`. The factor `unit` converts `excess` to strains: it is 1 for
-  // strains, and the length of the step for strain rates. `broken` lists excesses of strains only.
+  // strains, and the length of the step for strain rates. `squares` is not converted. `broken`
+  // lists excesses of strains only.
   void add_to(LimitReport& report, const limit::Tables& tables, const limit::Motion& motion,
               double unit) const;
 

@@ -35,8 +35,8 @@ struct Motion {
 void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n,
            std::uint8_t* corrected);
 
-// Computes the displacements (batches x 9 x 8) of all three corners in batches with a lane to
-// correct, without applying them. `corrected` is set as by sweep().
+// Computes the changes of x, or of v, (batches x 9 x 8) at all three corners in batches with a lane
+// to correct, without applying them. `corrected` is set as by sweep().
 void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
                  std::uint8_t* corrected, double* out);
 

@@ -1,9 +1,9 @@
 // Corrects candidate positions so that elements do not exceed their strain limits. Implements
-// continuum-based strain limiting, [Thomaszewski2010] chapter 3, and edge-based limiting for
-// comparison. Every method conserves the linear and angular momentum of free cloth and leaves
-// prescribed vertices bitwise unchanged. The result is bitwise identical on any number of threads
-// and ranks. The check of all elements is divided among ranks. Every rank computes all sweeps,
-// because a divided sweep would need one message per colour.
+// continuum-based strain limiting, [Thomaszewski2010] chapter 3, and edge-based limiting. Every
+// method conserves the linear and angular momentum of free cloth and leaves prescribed vertices
+// bitwise unchanged. The result is bitwise identical on any number of threads and ranks. The check
+// of all elements is divided among ranks. Every rank computes all sweeps, because a divided sweep
+// would need one message per colour.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +52,7 @@ class StrainLimiter {
   LimitReport measure(const Team& team, const Points& x);
 
  private:
-  // Performs sweeps until a sweep finds no element to correct, or options.max_sweeps is reached.
+  // Performs sweeps until no element has to be corrected or options.max_sweeps is reached.
   // Returns true if check_ is valid for the result.
   bool sweep_until_met(const Team& team, std::uint64_t key, const limit::Tables& tables,
                        const limit::Motion& motion, LimitReport& report);

@@ -84,7 +84,7 @@ class Membrane {
   bool in_phase() const { return phase_ != nullptr; }
 
   // Adds a potential that limits the strain modes of each triangle (m). It acts in the energy and
-  // the forces, but not in the Jacobian.
+  // the forces, but not in the Jacobian. A later call replaces the potential.
   void add_limits(const std::vector<LimitModes>& modes);
 
   // Returns the places of the batches that touch rows [begin, end), in ascending order. The list is

@@ -49,10 +49,10 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
             JacobianTerms terms, double* out);
 
 // Sets n rows of a block matrix. Each off-diagonal block is the sum of one element block and the
-// transpose of another. `sources` (2 per block) contains the offsets of both in `elements`. The
-// diagonal block is minus the symmetric part of the sum of the other blocks in its row, because a
-// translation causes no strain. row_start (n + 1) and diagonal (n) are indices of blocks in
-// `values`.
+// transpose of another; either may be a block of zeros. `sources` (2 per block) contains the
+// offsets of both in `elements`. The diagonal block is minus the symmetric part of the sum of the
+// other blocks in its row, because a translation causes no strain. row_start (n + 1) and diagonal
+// (n) are indices of blocks in `values`.
 void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources,
           const double* elements, double* values);
 

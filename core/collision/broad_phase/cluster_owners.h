@@ -3,8 +3,8 @@
 // on the costs of earlier steps. They determine which rank computes a list, not its content. Each
 // expensive surface pair is cut separately, because some pairs have many contacts and others have
 // many feature pairs to test for impacts. Each rank thus gets about an equal part of both searches.
-// All other surface pairs are cut together: their first clusters, in ascending order, form one
-// list.
+// All other surface pairs are cut together: their first clusters, sorted by surface pair, form one
+// sequence.
 #pragma once
 
 #include <vector>
@@ -55,10 +55,11 @@ class ClusterOwners {
   // of that list.
   SectionStarts first_;
   SectionRanges starts_;                // ranges of the first clusters of each surface pair
-  std::vector<std::size_t> own_first_;  // number of first clusters of this rank before each pair
+  // Number of first clusters of this rank before each surface pair, and of all of them.
+  std::vector<std::size_t> own_first_;
   const bool rotates_;
-  // In each cut, rank r owns range (r + turn_) modulo the number of ranks. This rank owns range
-  // part_.
+  // Of each surface pair, rank r owns range (r + turn_) modulo the number of ranks. This rank owns
+  // range part_.
   int turn_ = 0, part_;
 };
 

@@ -18,9 +18,9 @@ class ClusterTree {
   // group[c + 1] - 1. The last lanes of a cluster can be empty.
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;  // (8 x groups) -1 in empty lanes; empty for vertices
-    // Boxes of the features of clusters that the last refit included. Those of cluster c begin at
-    // slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
+    std::vector<Index> id;  // (groups x 8) -1 in empty lanes; empty for vertices
+    // Boxes of the features of clusters that the last refit of features included. Those of cluster
+    // c begin at slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;
@@ -52,8 +52,8 @@ class ClusterTree {
   void find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices, Index begin,
                   Index end, std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
-  // Stores the total area of the boxes of newly formed clusters, for has_grown(). The boxes include
-  // `inflation` [m], but the area does not.
+  // Stores half the total area of the boxes of newly formed clusters, for has_grown(). The boxes
+  // include `inflation` [m], but the area does not.
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
   // Returns whether boxes have grown too much since clusters were formed.
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
@@ -78,7 +78,8 @@ class ClusterTree {
   }
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
-  // Returns the box that encloses all features of a cluster. The last refit must have included it.
+  // Returns the box that encloses all features of a cluster. The last refit of features must have
+  // included this cluster.
   const PackedSlabs& box(Index cluster) const { return cluster_boxes_[faces_.first_slab[cluster]]; }
   // Returns the vertex boxes of all surfaces, as passed to the last refit of features.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
@@ -101,7 +102,7 @@ class ClusterTree {
   std::vector<Index> edge_ids_;
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
-  double built_area_ = -1.0;  // total box area when clusters were formed [m^2]; -1: not formed
+  double built_area_ = -1.0;  // half the area of cluster boxes when formed [m^2]; -1: not formed
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0

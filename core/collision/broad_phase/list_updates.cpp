@@ -59,8 +59,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& start, const Po
   return all;
 }
 
-// Returns whether x is the end of the motion of the last cover() for the vertices that this rank
-// checks.
+// Returns whether the vertices that this rank checks have the positions covered_ in x.
 bool NeighbourLists::covered(const Points& x) const {
   const IndexRange share = own_vertices();
   const auto n = static_cast<std::size_t>(3 * (share.end - share.begin));

@@ -20,8 +20,7 @@ constexpr double least_slack = 0.2, most_slack = 2.5;  // multiples of the thick
 constexpr double most_slack_of_edge = 0.6;             // multiple of the mean edge length
 constexpr double steps_ahead = 3.0;
 // The margin of a surface pair is 0.4 times the mean edge length of its first surface. A surface
-// uses the smallest margin of its pairs, within these bounds [multiples of the inflation of boxes,
-// which is at least half the thickness].
+// uses the smallest margin of its pairs, within these bounds [multiples of inflation_].
 constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
 
 // Returns a lower bound on the distance between two boxes [m].

@@ -2,8 +2,9 @@
 // neighbouring clusters has a list. The set of cluster pairs stays valid while vertices remain
 // within a margin around their expected motion. A list stays valid while distances have changed by
 // at most its slack. The relative displacement of the two clusters bounds this change, so clusters
-// that move together keep their list. A valid list contains all near pairs, so the lifetime of
-// lists does not affect results. Each list exists on one rank only.
+// that move together keep their list. A valid list contains all near pairs, except those that the
+// broad phase excludes, so the lifetime of lists does not affect results. Each list exists on one
+// rank only.
 #pragma once
 
 #include <algorithm>
@@ -103,7 +104,8 @@ class NeighbourLists {
   // Result of the pass of a rank over its lists.
   struct Pass {
     bool unexpected = false;  // vertices left their expected motion, or lists are tried again
-    bool due = false;         // an update at the end of the motion needs a search
+    // An update at the end of the motion needs a search. Set only for Cover::Gap on several ranks.
+    bool due = false;
     bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };
@@ -146,7 +148,7 @@ class NeighbourLists {
   void make_ended(const Team& team);
 
   std::vector<NeighbourList>& lists() { return lists_; }  // lists of this rank
-  // Vertices of all features in the lists of this rank.
+  // Vertices of all clusters in the lists of this rank.
   const std::vector<Index>& vertices() const { return vertices_.vertices(); }
   // Calls work(list, range) for all lists of this rank, in parallel. `range` is the index of the
   // range that contains the list. There are n_ranges() ranges of at most `most_at_once` lists.
@@ -196,7 +198,7 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  static constexpr int pause = 64;           // updates without lists, if lists are widened
+  static constexpr int pause = 64;           // initial value in unlisted_ if lists are widened
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
   // Calls work(list) for some lists, and divides the time that this takes among them in proportion
   // to their estimated costs.
@@ -275,12 +277,13 @@ class NeighbourLists {
   double extra_ = 0.0;  // see widen() [m]
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
-  std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
+  // Inflation of the vertex boxes of each surface in searches, without margin_ [m].
+  std::vector<double> inflation_;
   // Distance from their expected motion that the vertices of each surface may reach [m].
   std::vector<double> margin_;
   Points x_, before_;  // positions of the last update() and of the one before it
   // For own_vertices(): the expected motion in the last search for cluster pairs, and the end of
-  // the motion of the last cover().
+  // the motion of the last cover() that determined Pass::due.
   Points from_, to_, covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
   bool unchecked_ = false;    // the ranks have not gathered the passes of the last update
@@ -298,7 +301,8 @@ class NeighbourLists {
   std::vector<std::vector<std::uint8_t>> marked_;  // (surfaces x clusters) scratch
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
   std::vector<std::uint8_t> ended_;                // (lists) 1: must be made
-  // (surface pairs) 0: listed; otherwise number of updates until lists are tried again.
+  // (surface pairs) 0: listed. Otherwise, each update decrements the value if it is above 1, and
+  // tries lists again if it is then 1.
   std::vector<int> unlisted_;
   std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
   std::vector<Upkeep> upkeep_;         // (surface pairs)

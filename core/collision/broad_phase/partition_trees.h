@@ -56,8 +56,8 @@ class PartitionTrees {
   // Appends the tests of overlapping children. Expands both nodes if they are the same node,
   // otherwise one of them; see PairSearch::expand_larger().
   void expand(const NodeTest& test, std::vector<NodeTest>& stack, Scratch& scratch) const;
-  // Calls visit(surface pair, kind, key) for the pairs of features of two clusters whose boxes
-  // overlap.
+  // Calls visit(surface pair, kind, key) for the pairs of features with overlapping boxes in the
+  // two clusters of a test. Omits pairs that share a vertex.
   template <class Visit>
   void features(const NodeTest& test, Scratch& scratch, Visit&& visit) const {
     const Part &a = parts_[test.hierarchy_a], &b = parts_[test.hierarchy_b];

@@ -38,7 +38,7 @@ class SharedSearch {
   // Receives a pair of features. Called concurrently by different threads.
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
 
-  // Collective. Passes all pairs of features whose 18-DOPs overlap to take(), each on one rank.
+  // Collective. Passes to take() all pairs of features whose 18-DOPs overlap, each on one rank.
   // Omits pairs that are attached or share a vertex. All other pairs that come closer than the sum
   // of the inflations of their surfaces are thus found. If take() throws on a rank, all ranks throw
   // in gather().

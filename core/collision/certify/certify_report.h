@@ -18,9 +18,9 @@ struct WithheldMotion {
 
 struct CertifyReport {
   std::int64_t impacts = 0;  // impacts found before clean-up and withholding
-  // Number of impacts that remain after all passes of withholding, because prescribed motion leaves
-  // the cloth no room. Those between cloth and cloth are then prevented as a last resort, unless
-  // prescribed vertices cause them.
+  // Number of impacts that remain after all passes of withholding, for example because prescribed
+  // motion leaves the cloth no room. Those between cloth and cloth are then prevented as a last
+  // resort, unless prescribed vertices cause them.
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 

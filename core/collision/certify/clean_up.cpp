@@ -49,8 +49,8 @@ void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, Po
     c.friction = pair.friction;
     added.push_back(c);
   }
-  // If a pair collides again, its new linearisation replaces the earlier one. The impulses of
-  // earlier rounds are kept.
+  // If a pair collides again, its new linearisation replaces the earlier one. The corrections of
+  // earlier rounds stay in x1.
   std::vector<ImpulseContact> merged;
   std::size_t i = 0, j = 0;
   while (i < contacts_.size() || j < added.size()) {

@@ -38,7 +38,7 @@ class Displacements {
   // Multiplies the unit's motion relative to its carrier by `factor`. If less than 0.1 % of it is
   // left, withholds all of it.
   void withhold(Index unit, double factor);
-  // Withholds all motion of a unit, including the motion of its carrier.
+  // Withholds all motion of a unit, including the motion with its carrier.
   void withhold_all(Index unit);
 
   // Returns (n) flags and resets them. 1: x1 of the vertex has changed since the last call.

@@ -1,4 +1,4 @@
-// Finds all impacts of a step: pairs of features that come closer than the gap floor during x0 ->
+// Finds the impacts of a step: pairs of features that come closer than the gap floor during x0 ->
 // x1. Continuous collision detection tests candidates from the neighbour lists. For surface pairs
 // without lists, candidates come from the broad phase.
 #pragma once
@@ -25,7 +25,7 @@ class ImpactSearch {
  public:
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Collective. Each rank tests the pairs in its lists, and all ranks receive all impacts. Returns
+  // Collective. Each rank tests a share of the pairs, and all ranks receive all impacts. Returns
   // the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a movable
   // vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only pairs with
   // a changed vertex. Updates the lists to x0 if necessary.

@@ -1,6 +1,6 @@
 // Withholds motion of individual cloth vertices and bodies until no pair collides (method.md,
-// Certification). The motion then has no impacts, unless prescribed motion leaves the cloth no
-// room.
+// Certification). The motion then has no impacts unless CertifyReport::unresolved is positive, for
+// example because prescribed motion leaves the cloth no room.
 #pragma once
 
 #include <vector>

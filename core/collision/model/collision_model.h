@@ -22,8 +22,8 @@ struct CollisionSurface {
   double friction = 0.3;       // friction coefficient [1]; pairs of surfaces use the geometric mean
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body), else -1
-  // If true, contact normals are interpolated from vertex normals, and edges exert no contact
-  // force.
+  // If true, normals of contacts with its faces are interpolated from vertex normals, and its edges
+  // exert no contact force.
   bool smooth = false;
 };
 

@@ -1,4 +1,4 @@
-// Rigid motion of a body or an obstacle over a step, computed from its vertices.
+// Rigid motion of a body or an obstacle between two sets of positions of its vertices.
 #pragma once
 
 #include "core/collision/model/collision_model.h"

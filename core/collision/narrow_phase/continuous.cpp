@@ -88,8 +88,8 @@ FourPoints at_time(const MovingPoints& q, double time) {
 template <class Kind, class FloorOf>
 Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   const typename Kind::D differences = Kind::differences(q);
-  // Most pairs stay far apart. For such pairs, a plane perpendicular to the line of centres proves
-  // separation without a search for closest points.
+  // If the features stay far apart, a plane perpendicular to the line of centres proves separation
+  // without a search for closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
   if (length > 0.0 &&

@@ -29,9 +29,9 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   return sum;
 }
 
-// Largest slope of a normal force, in units of the effective mass of the contact divided by the
-// square of the step. Our choice. With a steeper contact, the matrix could lose positive
-// definiteness in single precision.
+// Largest allowed slope of a normal force, in units of the effective mass of the contact's free
+// cloth vertices divided by the square of the step. Our choice. With a steeper contact, the matrix
+// could lose positive definiteness in single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended
@@ -71,9 +71,10 @@ ContactForce force_at_start(const ContactLaw& law) {
   return extended_force({law.distance, linear}, law.thickness, law.normal_stiffness);
 }
 
-// Returns the secant stiffness of the force law, at most law.steepest, for a contact that would
-// close with its tangent stiffness [N/m]. The secant leads from the gap at the start to the gap at
-// which the law gives the force that is predicted for a change of the gap by `along` [m].
+// Returns the secant stiffness of the force law [N/m], at most law.steepest. It replaces the
+// tangent stiffness of a contact that is predicted to close. The secant leads from the gap at which
+// the law gives the force at the start to the gap at which it gives the predicted force. The
+// prediction is for a change of the gap by `along` [m].
 double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
   // Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
   // gaps. The prediction therefore uses at least `normal_stiffness`.
@@ -245,7 +246,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
     Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);
-    // If one of the two surfaces is a rigidly moving body or obstacle, the slip rotates with it.
+    // The slip rotates with a surface that is a rigidly moving body or obstacle.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
       if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;

@@ -24,7 +24,7 @@ struct ContactLaw {
   Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
-  double steepest;             // largest slope of the normal force [N/m]
+  double steepest;             // largest allowed slope of the normal force [N/m]
   Index contact;               // index in the list of contacts from which the terms were made
   bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
 };
@@ -62,7 +62,7 @@ class ContactTerms {
   bool counts(std::size_t term) const { return laws_[term].counts; }
   std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_, counted_); }
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
-  // Energy of normal forces and anchors at the start, for the contacts that count on this rank [J].
+  // Energy of normal forces and anchors at the start, for the contacts of n_counted() [J].
   const BinnedSum& energy() const { return energy_; }
 
   // Updates the first size() entries of `terms` to the normal and friction forces after the rows
@@ -107,7 +107,7 @@ struct ContactMotion {
 
 // Returns the energy of normal forces and friction anchors at the end of each part of the motion,
 // for the contacts that count for `rows` (see ActingOn) [J]. The energies of all parts but the last
-// are estimates. They assume that distances change linearly and that the anchors have no slip at
+// are estimates. They assume that distances and slips change linearly and that slips are zero at
 // the start.
 std::vector<BinnedSum> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                         const std::vector<Contact>& contacts,

@@ -118,7 +118,7 @@ class ContactFinder {
     return distance_within(kind == ContactKind::VertexFace, p, reach) <= reach;
   }
 
-  // Returns the distance of two features [m] of surface pair i. Appends their contact to `out` if
+  // Returns the distance [m] of two features of surface pair i. Appends their contact to `out` if
   // they are closer than the thickness. Two edges have a contact only if they are closest inside
   // both edges and neither surface is smooth.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {

@@ -115,7 +115,7 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   std::vector<Vec3> slips(contacts.size(), Vec3::Zero());
   if (anchors.empty()) return slips;
   std::vector<const Anchor*> found = own_anchors(contacts, anchors);
-  std::vector<std::size_t> others;  // contacts without an anchor
+  std::vector<std::size_t> others;  // contacts whose pair has no anchor
   for (std::size_t c = 0; c < contacts.size(); ++c)
     if (!found[c]) others.push_back(c);
   const BySecondEdge turned(anchors, contacts, others, model.edges.rows());

@@ -30,7 +30,7 @@ Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double
              double limit);
 
 // Friction after a given displacement u (`moved`), without linearisation. The Hessian is the
-// derivative of the force at constant limit. With `secant`, the Hessian of a slipping contact is
+// derivative of the gradient at constant limit. With `secant`, the Hessian of a slipping contact is
 // instead the stiffness limit / |s + u| in all tangential directions. The energy [J] is the elastic
 // energy of the spring up to the limit, plus the work against the limit.
 struct FrictionState {

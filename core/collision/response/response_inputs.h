@@ -26,7 +26,8 @@ struct ContactInputs {
 // Inputs for corrections of the motion x0 -> x1.
 struct MotionInputs {
   const Points& x0;            // (n x 3) [m]
-  const Vector& inverse_mass;  // (n) of free cloth and, in certification, bodies; else 0 [1/kg]
+  // (n) Inverse masses of free cloth vertices and, in certification, of free bodies; else 0 [1/kg].
+  const Vector& inverse_mass;
   const Tangle& tangle;        // intersections at x0
 };
 

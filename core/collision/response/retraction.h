@@ -13,8 +13,8 @@ namespace loomstone {
 struct RetractedMotion {
   Points acceleration{0, 3};  // (n x 3) acceleration of each vertex [m/s^2]
   // (n x 3) Velocity that each vertex of a retracted surface would have at the end of the step if
-  // the surface were rigid, or its mean velocity if it does not accelerate. For all other vertices,
-  // it is the given velocity [m/s].
+  // the surface were rigid, or the mean velocity of the surface if it does not accelerate. For all
+  // other vertices, and if neither surface accelerates, it is the given velocity [m/s].
   Points velocity{0, 3};
 };
 

@@ -1,7 +1,8 @@
 // Intersections of surfaces and directions that resolve them. The points at which edges pierce
 // triangles are joined to form intersection contours. Contours are found from positions alone,
-// without history. If a contour separates a part of a surface, this part moves back through the
-// other surface [Baraff2003]. Otherwise the contour is shortened [Volino2006].
+// without history. If a contour, extended to the border if necessary, separates a part of a
+// surface, this part moves back through the other surface [Baraff2003]. Otherwise the contour is
+// shortened [Volino2006].
 #pragma once
 
 #include <array>
@@ -56,7 +57,8 @@ struct Tangle {
   bool empty() const { return piercings.empty(); }
   // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
   // separate. Ignored pairs are features of two intersecting triangles, and pairs near a contour
-  // between a part that has passed through and another part.
+  // between a part that has passed through and another part. Two cloth features near a contour on a
+  // body or an obstacle are not such a pair.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };

@@ -64,8 +64,8 @@ class BendingGroup {
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Returns, for each triangle, the mean of the steps in its patch (m) [s]. Few triangles then have
-// neighbours with a different step.
+// Returns, for each triangle, the mean of `steps` (m) [s] over a run of 64 consecutive triangles of
+// the model, or fewer at its end. Few triangles then have neighbours with a different step.
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of the triangles of all bending meshes, by level. Groups of undamped meshes also include

@@ -35,7 +35,7 @@ class ExpandedMesh final : public Source {
 
   std::shared_ptr<const Polyhedron> mesh_;
   ExpandedField field_;
-  std::vector<Place> places_;  // (cubes of the octree) valid for leaves
+  std::vector<Place> places_;  // (cubes of the octree) used for leaf cubes only
 };
 
 }  // namespace loomstone

@@ -10,15 +10,17 @@ namespace loomstone {
 
 namespace {
 
-// A cluster has `n_nodes` nodes in each direction. Two clusters are far apart if the sum of their
-// radii is at most `opening` times the distance between their centres. With these values, clusters
-// change fluxes by less than 3e-6 and forces by less than 1e-6 (docs/experiments/magnetics.md).
+// A cluster has `n_nodes` nodes in each direction in which its bounding box is not flat. Two
+// clusters are far apart only if the sum of their radii is at most `opening` times the distance
+// between their centres. With these values, clusters change fluxes by less than 3e-6 and forces by
+// less than 1e-6 (docs/experiments/magnetics.md).
 constexpr int n_nodes = 6;
 constexpr double opening = 0.5;
 constexpr int points_a_direction = 3;  // number of sample points in each direction of a panel
 constexpr Index leaf_panels = 32;
-// Clusters interact by nodes if there are at most this many pairs of nodes per pair of panels. A
-// pair of nodes is evaluated in every iteration of GMRES, and a pair of panels only once.
+// Clusters that are far apart interact by nodes if there are at most this many pairs of nodes per
+// pair of panels. A pair of nodes is evaluated in every iteration of GMRES, and a pair of panels
+// only once.
 constexpr double most_node_pairs = 2.5;
 
 // Chebyshev nodes in an interval, or one node if the interval has no length.

@@ -33,8 +33,8 @@ class PanelClusters {
   // Returns the panels in the order of the clusters.
   const PanelSet& panels() const { return panels_; }
   const std::vector<PanelCluster>& clusters() const { return clusters_; }  // parents first
-  // Returns the clusters without parents. Each contains the panels whose normals are closest to one
-  // of the six directions +-x, +-y and +-z.
+  // Returns the indices of the clusters without parents. Each of these contains the panels whose
+  // normals are closest to one of the six directions +-x, +-y and +-z.
   const std::vector<Index>& roots() const { return roots_; }
 
   // gathered() selects the values of these panels from those of the whole set. scatter() adds

@@ -12,9 +12,10 @@
 
 namespace loomstone {
 
-// Order of expansions and opening criterion. Two cells are far apart if the sum of their radii is
-// less than `opening` times the distance between their centres. `error` is the error of the
-// gradient, relative to its largest value at the same distance from the source [1].
+// Order of expansions and opening criterion. A cube of the octree and a cluster of parts are far
+// apart if the sum of their radii is less than `opening` times the distance between their centres.
+// `error` is the error of the gradient, relative to its largest value at the same distance from the
+// source [1].
 struct ExpansionSetting {
   int order;
   double opening, error;
@@ -49,7 +50,7 @@ class SourceGroups {
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 
-// The charged faces of a magnet, without those on which J.n = 0.
+// The charged faces of a magnet: those on which J.n is not 0.
 class FaceGroups final : public SourceGroups {
  public:
   explicit FaceGroups(std::shared_ptr<const Polyhedron> mesh);

@@ -47,8 +47,8 @@ class TaylorExpansion {
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
   // Shifts the complete expansion `parent` to a new centre, and adds its components with a z
-  // exponent of at most 1 to `local` (local-to-local). The vector `shift` leads from the parent's
-  // centre to the new centre.
+  // exponent of at most 1, except the constant, to `local` (local-to-local). The vector `shift`
+  // leads from the parent's centre to the new centre.
   void add_local(const double* parent, const Vec3& shift, double* local) const;
 
   // Computes -grad phi and its gradient (xx, xy, xz, yy, yz, zz) at n points, stored as coordinate

@@ -23,7 +23,7 @@ inline constexpr double most_direct_pairs = 6e7;
 struct TreecodeField {
   Points field;        // (n x 3) B [T]
   Gradients gradient;  // (n x 9) dB_i/dx_j [T/m], empty if not requested
-  double error = 0.0;  // measured relative error [1]
+  double error = 0.0;  // measured relative error [1], 0 for a direct sum
   int order = 0;       // order of the expansions, 0 for a direct sum
 };
 

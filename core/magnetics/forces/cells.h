@@ -33,8 +33,8 @@ class CellMagnet final : public Source {
   // of at least `separation` times e. `separation` [1] equals r_0 rho_0^(1/3) in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
   // Returns a copy whose field and gradient come from local expansions instead of sums over all
-  // leaves. The error of the expansions is `tolerance`; see ExpandedField. The potential, the
-  // results of front() and the forces between cells do not change.
+  // leaves. For `tolerance`, see ExpandedField. The potential, the results of front() and the
+  // forces between cells do not change.
   CellMagnet expanded(double tolerance) const;
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

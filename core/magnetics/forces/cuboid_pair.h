@@ -1,7 +1,7 @@
 // Force and torque between two uniformly magnetised cuboids with parallel edges, in closed form
 // [Akoun1984], [Janssen2010]. They are sums over 8 x 8 pairs of corners. Each term is a function of
-// the vector between the two corners and, for the torque, of the lever of the corner about the
-// centre of the cuboid on which it acts.
+// the vector between the two corners and, for the torque, of the lever of a corner about the centre
+// of the cuboid on which the torque acts.
 #pragma once
 
 #include <optional>
@@ -10,9 +10,8 @@
 
 namespace loomstone {
 
-// Returns the wrench on `on` exerted by `by`. Wrench::error estimates the rounding error of the
-// sums.
-// Returns no value unless both bodies are such cuboids and their edges are parallel within 1e-12.
+// Returns the wrench on `on` exerted by `by`, or no value unless both bodies are such cuboids and
+// their edges are parallel within 1e-12. Wrench::error estimates the rounding error of the sums.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 
 }  // namespace loomstone

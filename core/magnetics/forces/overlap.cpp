@@ -25,8 +25,8 @@ OrientedBox box_of(const MagneticBody& body) {
 }
 
 // Returns the largest gap between the projections of two boxes onto any axis of the separating-axis
-// test [m]. It is negative if the boxes overlap. These axes are the face normals and the cross
-// products of edges.
+// test [m]. These axes are the face normals and the cross products of edges. The largest gap is
+// negative if the boxes overlap.
 double separation(const OrientedBox& a, const OrientedBox& b) {
   constexpr double parallel = 1e-6;  // sine of the angle below which edges count as parallel
   const Vec3 away = b.centre - a.centre;

@@ -17,7 +17,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 // `wrench` is the force [N], followed by the torque about the centre of the panels' body divided by
 // its radius [N], both in the axes of `by`. Rigid bodies in contact overlap by rounding errors and
-// by the contact solver's tolerance. The field normal to a charged face jumps there, so charge
+// by the contact solver's tolerance. The normal component of H jumps at a charged face, so charge
 // inside `by` experiences the field at the nearest point outside it. `energy` is minus the integral
 // of M.B over the volume inside the panels [J], as the first of six components. Because div B = 0
 // and M is uniform, it equals the integral of -(M.x) B.n over the closed surface. B.n does not jump

@@ -1,4 +1,4 @@
-// Detection of thin wires that meet. The force between two infinitely thin wires grows without
+// Detection of thin wires that meet. The force between two infinitely thin wires can grow without
 // bound as they approach each other.
 #pragma once
 

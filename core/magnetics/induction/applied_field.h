@@ -28,8 +28,8 @@ struct AppliedField {
   Vector fluxes;                     // flux through each panel [T m^2]
 };
 
-// The pose of the body with the panels, the magnets that act on it, and the uniform flux density in
-// world axes [T].
+// The pose of the body with the panels, the magnets and coils that act on it, and the uniform flux
+// density in world axes [T].
 struct AppliedSources {
   const RigidPose& pose;
   const std::vector<MagneticBody>& by;

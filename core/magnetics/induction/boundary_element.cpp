@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// If two panels are farther apart than this multiple of the sum of their FlatPanel::reach, the flux
-// between them is computed by quadrature over both.
+// If the centres of two panels are farther apart than this multiple of the sum of their
+// FlatPanel::reach, the flux between the panels is computed by quadrature over both.
 constexpr double near = 3.0;
 
 // Returns log(r - u) without cancellation, where r^2 = u^2 + rest. For r = u, it returns a finite

@@ -20,8 +20,8 @@ class CoupledResponse {
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
   // Returns the excitation of each body (fluxes through its panels, or harmonics of a sphere) by
-  // magnets and a uniform field. For a body i made of panels, applied[i] is set to the applied
-  // field on its panels.
+  // the sources `hard` and a uniform field. For a body i made of panels, applied[i] is set to the
+  // applied field on its panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 

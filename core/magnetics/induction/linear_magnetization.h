@@ -21,7 +21,8 @@ struct Induction {
 // `tolerance`, which also determines the degree of spheres' harmonics if it is automatic. The
 // volume means of a body with saturation satisfy M = chi H / (1 + chi |H| / M_s). Its effective
 // susceptibility chi (1 - |M| / M_s) is the same everywhere in the body. Throws SolverFailure if no
-// equilibrium is found.
+// equilibrium is found, and InvalidInput if `tolerance` is not in [1e-14, 0.1] or `field` is not
+// finite.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
@@ -30,9 +31,10 @@ Induction induce(const Team& team, const std::vector<SoftBody>& soft,
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 
-// Returns the explicit response of [Thomaszewski2010], as dipoles at the positions `cells`. Each
-// cell responds only to the field of the permanent magnets and the uniform field. It responds as a
-// sphere (6.17), or with M = -B / mu0 in a superconductor (6.18).
+// Returns the explicit response of [Thomaszewski2010], as dipoles at the positions `cells` [m] in
+// the axes of the body. Each cell responds only to the field of `hard` and the uniform field [T].
+// It responds as a sphere (6.17), or with M = -B / mu0 in a superconductor (6.18). Throws
+// InvalidInput for a body with saturation.
 MagneticBody explicit_response(const SoftBody& body, const Points& cells,
                                const std::vector<MagneticBody>& hard, const Vec3& field);
 // Divides a body into cells of equal volume and returns their positions (n x 3) [m]. `density` is

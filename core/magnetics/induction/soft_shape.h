@@ -25,7 +25,7 @@ class SoftShape {
   // charge is linear in `received`.
   virtual Vector response(const Vector& received) const = 0;
   virtual SourcePtr source(const Vector& charges) const = 0;
-  // Like source(charges), but the charge also varies within each panel, as the applied field does.
+  // Like source(charges), but the charge also varies within panels, as the applied field does.
   // Bodies without panels ignore `applied`.
   virtual SourcePtr source(const Vector& charges, const AppliedField& applied) const;
   // Returns the volume mean [T] of the applied field whose excitation is `received`.
@@ -67,29 +67,30 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // on a sphere has about the relative error `tolerance`. The nearest source is at `distance` from
 // the sphere's centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns this degree for a sphere of radius `radius`, if the force is that of another soft sphere,
-// of radius `other_radius`, whose centre is at `distance` from its own.
+// Returns this degree if the nearest source is another soft sphere of radius `other_radius`.
+// `distance` is the distance between the centres of the two spheres.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
 // finest grid has `cells` panels along the shortest edge (see check_cells()) and at least as many
 // along the others (see cuboid_panels()). If focus > 0 [m], there are two grids, and all edges have
 // `cells` panels on the finer one. These grids are refined near the middle of the wide faces, for a
-// magnet of half width `focus` there. Throws InvalidInput for more than 24,000 panels on the finest
-// grid.
+// magnet of half width `focus` there. Throws InvalidInput if an argument is out of range or the
+// finest grid has more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
-// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. It has three grids, as
-// cuboids do. The finest grid has `cells` rows of panels along the height, or more if the cylinder
-// is slender; see cylinder_panels(). Throws Unsupported if the height or the wall is less than a
-// fiftieth of the radius, and InvalidInput for more than 8,000 panels on the finest grid.
+// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. It has three grids. The
+// finest grid has `cells` rows of panels along the height, or more if the cylinder is slender; see
+// cylinder_panels(). Throws Unsupported if the height or the wall is less than a fiftieth of the
+// radius, and InvalidInput if an argument is out of range or the finest grid has more than 8,000
+// panels.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 
 // Shape of a closed mesh, relative to the mesh's centre of volume, and the pose of this centre.
 // soft_mesh() bisects triangles until there are at least `panels` of them. Throws InvalidInput if
-// `panels` or the number of triangles of the mesh exceeds 8,000.
+// an argument is invalid, or if `panels` or the number of triangles of the mesh exceeds 8,000.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

@@ -13,8 +13,8 @@
 // The scalar potential Phi is jointly homogeneous of degree 1 in the size s of the body and the
 // position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. Growth of the body adds
 // a layer of thickness x.n. This layer changes Phi by the component along J of the field of a
-// surface charge x.n. On the end faces, this field follows from the end terms of the sheet. On the
-// side, it is expressed by complete elliptic integrals.
+// surface charge x.n. The field of the charge on the end faces follows from the end terms of the
+// sheet. That of the charge on the side is expressed by complete elliptic integrals.
 //
 // At points closer than 1e-12 radii to a surface, the field is the limit from outside. On a rim or
 // wire, the field is infinite. Points closer to a rim or wire than 1e-15 radii are evaluated at

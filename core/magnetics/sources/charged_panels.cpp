@@ -76,8 +76,8 @@ ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges
       fine_(std::move(fine)) {}
 
 ChargedPanels::FineTables ChargedPanels::make_tables() const {
-  // Smoothing length as a fraction of the largest distance of a corner from the panel's centre. It
-  // is about a quarter of the distance between neighbouring samples.
+  // Smoothing length in units of FlatPanel::reach. On a square with 3 x 3 samples, it is about a
+  // quarter of the distance between neighbouring samples.
   constexpr double smoothing = 0.15;
   FineTables tables{PanelSet(fine_.parts, 1), {}};
   const auto add = [&](const Vec3& x, double charge, const FlatPanel& panel) {

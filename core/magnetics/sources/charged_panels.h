@@ -25,8 +25,8 @@ struct PanelGrid {
 // Panels of a body, without their charge.
 struct PanelSet {
   // Distance from a panel's centre, in units of FlatPanel::reach, beyond which four points replace
-  // the closed form. The largest relative error of the field there is about 2.4e-4 for a
-  // square and 1.2e-3 for an equilateral triangle.
+  // the closed form. The largest relative error of the field there is about 2.4e-4 for a square and
+  // 1.2e-3 for an equilateral triangle.
   static constexpr double near = 5.0;
 
   // `order` is the number of sample points in each direction of a panel.

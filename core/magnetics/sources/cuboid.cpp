@@ -16,7 +16,8 @@ namespace {
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in
-// units of half the diagonal. Points on a face are moved to its outer side.
+// units of half the diagonal. A distance of less than on_face is replaced by on_face on the outer
+// side of the face.
 template <class Lanes>
 LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out) {
   out[0] = (x + a) * scale;

@@ -60,7 +60,7 @@ LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, 
   const Lanes i0 = 1.0 / t.d0, i1 = 1.0 / t.d1;
   const Lanes outer = 1.0 / (t.sum * t.defect);  // 1 / ((d0 + d1)^2 - l^2)
   // Let s be the vector along the edge and l its length. The gradient of the logarithm is
-  // -2 l (r0/d0 + r1/d1) / ((d0 + d1)^2 - l^2). The gradient of the solid angle is
+  // -2 l (r0/d0 + r1/d1) / ((d0 + d1)^2 - l^2). That of the contribution to the solid angle is
   // -2 (s x r0) (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2).
   const Lanes a = -2.0 * l * outer, b = -2.0 * (i0 + i1) * outer;
   return {{a * (t.r0.x * i0 + t.r1.x * i1), a * (t.r0.y * i0 + t.r1.y * i1),

@@ -33,10 +33,11 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
 // Returns the panels of a cuboid centred at the origin, with `cells` (even) panels along its
 // shortest edges. Panels are refined quadratically towards edges and corners, where the charge is
-// singular. The number of panels along a longer edge is a multiple of `cells`. Far from the ends,
-// panels are at most 1.38 times as wide as those in the middle of the shortest edge. This width
-// resolves the charge opposite the edges of a magnet: in a thin body, this charge varies at the
-// scale of the thickness. Very wide bodies have fewer panels, whose size grows towards the middle.
+// singular. The number of panels along a longer edge is a multiple of `cells`. If `cells` is large,
+// panels far from the ends are at most 1.38 times as wide as those in the middle of the shortest
+// edge. This width resolves the charge opposite the edges of a magnet: in a thin body, this charge
+// varies at the scale of the thickness. Very wide bodies have fewer panels, whose size grows
+// towards the middle.
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
 // faces, for magnets nearby. Closer to the middle than `focus`, panels are nearly equal in size.

@@ -195,7 +195,7 @@ Vec3 HarmonicSphere::inside(const Vec3& x, Quantity quantity) const {
     for (int m = 0; m <= l; ++m) {
       const Index k = SphericalHarmonics::slot(l, m);
       const Complex c(coefficients_[k], m > 0 ? coefficients_[k + 1] : 0.0);
-      // Derivatives along x + i y, x - i y and z.
+      // d/dx + i d/dy, d/dx - i d/dy and d/dz of the regular harmonic of degree l and order m.
       const Complex plus = m + 1 <= l - 1 ? -std::sqrt(static_cast<double>(l - m) * (l - m - 1)) *
                                                 r[triangle_place(l - 1, m + 1)]
                                           : 0.0;
@@ -219,10 +219,10 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The error is the degree times the sum of a geometric series that continues the terms. The factor
-// `degree` was found by measurement. The sum is the last term times r / (1 - r). The ratio r is the
-// square of |last term| / |term before it|, because the contribution of a term to the force decays
-// as the square of its norm. If there is only one degree, the error is its term.
+// The error is the highest degree, an empirical factor, times the sum of a geometric series that
+// continues the terms. The sum is the last term times r / (1 - r). The ratio r is the square of
+// |last term| / |term before it|, because the contribution of a term to the force is proportional
+// to the square of its norm. If there is only one degree, the error is its term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

@@ -104,7 +104,7 @@ LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double*
           lanes_select(beside, exact.z / (4.0 * pi), h.z)};
 }
 
-// Tables of consecutive panels of a set, and the radius of the set's bounding sphere about the
+// Tables of consecutive panels of a set, and the radius of the body's bounding sphere about the
 // origin [m].
 struct PanelTables {
   const double* tables;

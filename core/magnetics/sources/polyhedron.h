@@ -58,10 +58,10 @@ class Polyhedron : public Source {
   // (m x 16) Kernel data of each face: three corners [m], unit normal, twice the area [m^2], and
   // sigma / 4 pi [T]. The last two columns are unused.
   std::vector<double> faces_;
-  // (k x 14) Kernel data of each edge: two ends, length, and two sums over the faces at the edge,
-  // in the symbols at the top of this file. The first is the sum of sigma/4pi m. The second is the
-  // sum of sigma/4pi n, with the sign of the edge's direction in the face. The last column is
-  // unused.
+  // (k x 14) Kernel data of each edge that does not drop out: two ends, length, and two sums over
+  // the faces at the edge, in the symbols at the top of this file. The first is the sum of
+  // sigma/4pi m. The second is the sum of sigma/4pi n, with the sign of the edge's direction in the
+  // face. The last column is unused.
   std::vector<double> edges_;
   mutable std::once_flag once_;
   mutable std::optional<MultipoleExpansion> far_;
@@ -71,8 +71,8 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if the mesh is
-  // open or inside out, or if it encloses no volume.
+  // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if J is not finite
+  // or if the mesh is open, inside out or encloses no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
     return {"mesh",

@@ -51,7 +51,8 @@ class Source {
   // Computes mu0 H or B [T] at one block of points.
   virtual void field_block(const double* points, Index n, Quantity quantity,
                            double* field) const = 0;
-  // Computes the symmetric gradient of mu0 H [T/m] at one block of points.
+  // Computes the symmetric gradient of mu0 H [T/m] at one block of points. Throws InvalidInput
+  // unless steady().
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
   // Computes field and gradient in one pass. The results are bit-identical to those of two separate
   // calls.
@@ -90,8 +91,8 @@ class Source {
   // Returns the estimated errors of the first entries of charges() [A m]. The remaining entries
   // count as exact. The vector is empty if there is no estimate.
   virtual Vector charge_errors() const { return {}; }
-  // Returns the same induced body with the charge on each panel replaced by its mean, or null for
-  // other sources and if the charge is already uniform on each panel.
+  // If this is an induced body whose charge varies within panels, returns the same body with the
+  // charge on each panel replaced by its mean, and otherwise null.
   virtual SourcePtr panel_means() const { return nullptr; }
   // Returns dipoles that produce the same field everywhere outside the source (one for a sphere),
   // or null if there are none.

@@ -157,8 +157,8 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
 }
 
 // Assigns each collision vertex its row in the implicit solve, or -1 if it belongs to an obstacle.
-// Also records, for each attached vertex, the surface of its body, or of the last one if it is
-// attached to several bodies.
+// Also records, for each attached vertex, the surface of its body, or of the body with the largest
+// index if it is attached to several bodies.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);

@@ -20,7 +20,7 @@ struct EnergyAccount {
   bool begun = false;
   double start = 0.0;              // energy when the account began, without that of contacts
   double start_of_contacts = 0.0;  // energy of contacts when the account began
-  double scripts = 0.0;            // work done by scripted motion
+  double scripts = 0.0;            // work done by scripted motion, except through coils
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events.
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events

@@ -68,8 +68,7 @@ void capture_strain(const Engines& engines, const Points& x, Frame& frame) {
 }
 
 // Returns the positions of all collision vertices when the fraction `share` of the last step has
-// passed. They lie on the straight paths over the parts of the step, which certification has
-// checked.
+// passed. They lie on the straight paths over the parts of the step that certification checks.
 Points vertices_at(const Model& model, const State& state, const StepOutcome& outcome,
                    double share) {
   PathPoint from, to{1.0, {}};

@@ -30,8 +30,8 @@ void measure(const State& state, double time, const Engines& engines, Measuring 
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);
-// Sets `state` and `outcome` from a checkpoint. Throws CacheError if the checkpoint belongs to
-// another scene or is damaged.
+// Sets `state` and `outcome.contact` from a checkpoint. Throws CacheError if a required table is
+// missing or sizes do not fit the scene.
 void from_checkpoint(const Model& model, const Checkpoint& checkpoint, State& state,
                      StepOutcome& outcome);
 

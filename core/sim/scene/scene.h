@@ -44,7 +44,7 @@ struct Cloth {
   RestAngles rest_angles = RestAngles::Flat;
   BendingElement bending = BendingElement::MidEdge;
   std::vector<Index> pins;           // prescribed vertices: pinned in place, or moved by a script
-  std::vector<double> script_times;  // ascending [s]; empty: pins do not move
+  std::vector<double> script_times;  // ascending [s]; empty: no script
   // (times * pins x 3) positions of the pins, interpolated linearly [m]
   Points script_positions;
   Points velocities;  // (n x 3) velocities at the start [m/s]; empty: at rest

@@ -1,8 +1,9 @@
 // Divides a step into parts. A part that fails is repeated in two halves, down to a least length.
-// It fails if the solver finds no solution, if certification leaves impacts, or if certification
-// and fallbacks withhold much of the motion. It also fails if strain limits that are satisfied at
-// its start are exceeded at its end. A part whose error is too large, or in which contacts create
-// too much energy, is repeated with a shorter length.
+// It fails if the solver finds no solution, if certification leaves impacts, or if strain limits
+// that are satisfied at its start are exceeded at its end. It also fails if certification and
+// fallbacks, or fallbacks alone, withhold too much motion (see PartResult). A part whose error is
+// too large, or in which contacts or certification create too much energy, is repeated with a
+// shorter length.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +22,11 @@ struct StepPart {
 struct PartResult {
   bool solved = true;               // the solver found a solution
   int longest = StepPart::whole;    // length allowed by error and contact energy [1/64 step]
-  bool contacts_gain = false;       // contacts have created too much energy
+  bool contacts_gain = false;       // contacts or certification have created too much energy
   std::int64_t impacts = 0;         // impacts that remain after certification
-  bool withheld_much = false;       // certification and fallbacks withheld much motion
+  bool withheld_much = false;       // certification and fallbacks withheld over 10 % of the motion
   bool broke_limits = false;        // limits satisfied at the start are exceeded at the end
-  bool stopped_for_limits = false;  // fallbacks withheld much of the motion
+  bool stopped_for_limits = false;  // fallbacks alone withheld over 1 % of the motion
 };
 
 // Divides a step into parts and decides whether an attempt is accepted. The decision depends only

@@ -20,8 +20,8 @@ constexpr double aim = 0.5;
 // kinetic energy so far. Our choice.
 constexpr double certified_gain = 0.005;
 
-// Returns the energy of everything but contacts [J]. Includes the energy that circuits and bearings
-// have dissipated since the start, minus the energy that the sources of circuits have supplied.
+// Returns the energy of everything but contacts [J]. Includes the energy that resistances and
+// bearings have taken since the start, minus the energy supplied to circuits and given currents.
 double total_energy(const StepReport& report) {
   const EnergyReport& e = report.energy;
   const CircuitReport& c = report.circuits;

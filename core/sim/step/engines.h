@@ -62,7 +62,8 @@ struct Engines {
   std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits
   std::optional<double> accuracy;            // accuracy of steps [1], see ImplicitOptions
   std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
-  bool contacts_in_solve = false;            // false: impulses resolve contacts
+  // False: impulses resolve contacts, after the solve or at events.
+  bool contacts_in_solve = false;
   // False: limiting is left to the integrator, and `limiter` only measures the excess.
   bool limits_after_solve = true;
   bool limits_in_solve = false;  // true: the implicit solve includes strain limits

@@ -205,9 +205,9 @@ class Constraining {
     return !beyond_.empty();
   }
 
-  // Moves the corners of triangles that exceed their limits back towards the start of the part
-  // until no triangle exceeds them, in at most max_passes passes. Returns false if no corner could
-  // move.
+  // Moves the corners of triangles that exceed their limits back towards the start of the part,
+  // until no triangle exceeds them or no corner can move, in at most max_passes passes. Returns
+  // false if no corner has moved.
   bool fall_back() {
     const Points wanted = x1_;
     bool any = false;

@@ -1,8 +1,8 @@
 // Enforces strain limits and contacts together in a part of a step. Limiting and certification
 // alternate: certification corrects the limited motion, and limiting repairs strains that
 // certification causes. If no round satisfies both, the fallback moves cloth back towards the start
-// of the part, where both are usually satisfied. The fallback is a last resort, because the caller
-// can divide the part instead.
+// of the part, where both are usually satisfied. If fallbacks withhold more than 1 % of the motion,
+// the caller divides the part again, down to a least length.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct ConstrainInputs {
   const Team* team = nullptr;
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
-  StrainLimiter* limiter = nullptr;  // null: strain limits are not enforced
+  StrainLimiter* limiter = nullptr;  // null: strain limits are not enforced after the solve
   // false: strain is limited along edges (LimitMethod::Edges). These limits are enforced once,
   // before certification, and neither checked nor enforced again after it.
   bool limits_hold = true;
@@ -42,8 +42,8 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
-  // Reports of the rounds up to the one whose result is used, merged so that each vertex is listed
-  // once; `unresolved` is that of this round.
+  // Merged reports of all certifications and fallbacks up to the certification whose result is
+  // used. `unresolved` is that of this certification.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks

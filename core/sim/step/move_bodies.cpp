@@ -44,8 +44,8 @@ void follow_bodies(const Model& model, State& state) {
 }
 
 // Adds contacts to the motion of the bodies that the integrator has computed under all loads. The
-// rigid-body world computes this motion again with contacts. Bodies without a contact keep the
-// motion of the integrator. Returns the work of scripted obstacles [J].
+// rigid-body world computes this motion again with contacts. Bodies whose motion no contact changes
+// keep the motion of the integrator. Returns the work of scripted obstacles [J].
 double move_solved_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                           State& state, Engines& engines) {
   const Model& model = engines.model;

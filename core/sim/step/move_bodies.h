@@ -8,9 +8,9 @@ namespace loomstone {
 
 // The impulses of the cloth follow from the difference between the velocities in `solved` and those
 // predicted in `loads`. If the integrator has also moved the bodies, attached vertices are placed
-// at their points on the bodies. Without magnets, coils and bearings, bodies without a contact then
-// keep the motion that the integrator computed. Returns the work that scripted obstacles do on
-// bodies through contacts and magnets [J].
+// at their points on the bodies. Without magnets, coils and bearings, bodies whose motion no
+// contact changes then keep the motion that the integrator computed. Returns the work that scripted
+// obstacles do on bodies through contacts and magnets [J].
 double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                    State& state, Engines& engines, StepReport& report);
 

@@ -83,8 +83,8 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
 }
 
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
-// if no contact is closer than half its thickness. Only the stiffness of such contacts can depend
-// on forces.
+// if no contact is closer than half its thickness. Without rows, no contact is stiffened; see
+// contact_stiffness().
 Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
   if (!contacts.pressed) return Points(0, 3);
   const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);

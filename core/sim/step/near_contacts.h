@@ -10,12 +10,12 @@
 namespace loomstone {
 
 struct NearContacts {
-  // Pairs closer than their thickness; none if the integrator handles collisions at events. If
-  // terms are divided, only the contacts that this rank keeps (see CollisionStage::divide()).
+  // Contacts at the start; none if the integrator handles them at events. If terms are divided,
+  // only the contacts that this rank keeps (see CollisionStage::divide()).
   std::vector<Contact> contacts;
   ContactTotals totals;           // of the contacts of all ranks
   std::vector<Contact> repelled;  // contacts that receive impulses after the solve
-  // Vertices of the pairs closer than their thickness, if the integrator handles them at events.
+  // Vertices of the contacts at the start, if the integrator handles contacts at events.
   std::vector<std::array<Index, 4>> touching;
   // In this order: contacts, intersections to untangle, attachments. Contacts that act on no row of
   // this rank may be omitted.
@@ -41,15 +41,15 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
                         Engines& engines, NearContacts& near, StepReport& report);
 
 // Collective. Finds the contacts of `state`, if they are part of the solve. Until the state
-// changes, contact_energies() and the next step then need no search.
+// changes, the next step and collective calls of contact_energies() then use these contacts.
 void know_contacts(const State& state, const Engines& engines);
 
 // Returns the energy [J] of the contacts that the next part of the step would find in `state` at
 // `time` [s]. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
 // intervals of equal length, and the result has the energy at the end of each interval. All of
 // these energies but the last are estimates. If contacts are not part of the solve, the energies
-// are 0. Slow unless know_contacts() was called for this state. Collective if `elasticity` is
-// divided among ranks.
+// are 0. Collective if `elasticity` is divided among ranks. Slow unless know_contacts() was called
+// for this state, and always slow if a rank alone evaluates contacts that are divided among ranks.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);

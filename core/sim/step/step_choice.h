@@ -9,7 +9,7 @@ namespace loomstone {
 
 struct StepChoice {
   double largest = 0.0;    // length of steps; if automatic, the largest length [s]
-  bool automatic = false;  // true: steps are shorter if their error requires it
+  bool automatic = false;  // true: error, dissipation and contacts may shorten steps
 };
 
 // Chooses the lengths of steps for the given options and the state at the start. Throws

@@ -23,8 +23,8 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the result of an attempt in which contacts created too much energy. To avoid this, the
-// part must be shortened to the length `longest`, in 64ths of the step (see StepPart).
+// Returns the result of an attempt in which contacts or certification created too much energy. To
+// avoid this, the part must be shortened to the length `longest`, in 64ths of the step.
 PartResult shortened_for_contacts(int longest);
 
 // Returns the length that the error probably allows for the next part of a step of given length, in
@@ -43,7 +43,7 @@ double automatic_step(double largest, const State& state, Engines& engines);
 // damping of implicit Euler and by the allowed growth.
 void expect_step(double largest, const State& start, double h, Engines& engines, State& state);
 
-// Adds the error of a part to the report.
+// Records the error of a part in the report.
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,
                 StepReport& report);
 

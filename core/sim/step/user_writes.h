@@ -22,7 +22,7 @@ class UserWrites {
   // Kind of data that users have written since the last step. If they have written data of several
   // kinds, the last of these kinds in this list counts.
   enum Kind { Nothing, Table, Velocities, Positions };
-  void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a setter
+  void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write
 
   // If watching(), throws InvalidInput for the first invalid entry. Otherwise, only setters have
   // written, and they have checked their values.

@@ -103,8 +103,8 @@ double work_of_pins(const Loads& loads, const Points& viscous, const State& stat
   });
 }
 
-// Sets the terms of contacts to the forces of the solve. Returns the force and the displacement of
-// each term, without the terms of attachments.
+// Sets the terms of contacts to the forces of the solve. Returns the gradient of the energy and the
+// relative displacement of each term, without the terms of attachments.
 std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
                                               const Points& displacement, const Engines& engines) {
   // Forces are evaluated at the same time within the step as in the scheme.

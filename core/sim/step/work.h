@@ -16,7 +16,7 @@ struct Solved {
 };
 
 struct PartWork {
-  double scripts = 0.0;  // work done by scripted motion [J]
+  double scripts = 0.0;  // work done by scripted motion, except through coils [J]
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events [J]
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events [J]

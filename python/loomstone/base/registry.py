@@ -65,7 +65,7 @@ class Units(pint.UnitRegistry[Any]):
 
 
 def _ambiguous(unit: str) -> bool:
-    """Returns whether a product follows the fraction bar of a unit, as in gf/cm deg."""
+    """Returns whether a product without parentheses follows the fraction bar, as in gf/cm deg."""
     flat = unit
     while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
         flat = inner

@@ -65,7 +65,8 @@ app.add_typer(report, name="report")
 def session(parallel: bool = True) -> Iterator[Communicator]:
     """Yields the communicator of the ranks that run a command, and reports errors.
 
-    Errors raised by loomstone are printed as one sentence. A failure on one rank ends all ranks.
+    Errors of loomstone and of the operating system are printed in one line. If one rank raises such
+    an error, or an unexpected exception, all ranks end.
     """
 
     def fail(message: str) -> NoReturn:

@@ -1,4 +1,4 @@
-"""Estimate of the memory that a run needs, made before the scene is built."""
+"""Estimate of the memory that a run needs, made before the simulation is built."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def memory_of(scene: Scene, integrator: Integrator) -> float:
 
 
 def memory_text(scene: Scene, integrator: Integrator) -> str:
-    """Returns a sentence about the size of a scene and the memory that it needs."""
+    """Returns a text about the size of a scene and the memory that a run of it needs."""
     cloth = sum(each.mesh.n_triangles for each in scene.cloths)
     needed = memory_of(scene, integrator)
     text = f"building {cloth} triangles of cloth"

@@ -37,10 +37,10 @@ def export(
     """Writes a run for other programs, such as Blender and Houdini.
 
     usd has points and poses over time, uv and materials; gltf has morph targets, animated nodes,
-    uv and materials; alembic has points and poses over time and uv; pc2 and mdd have an OBJ file
-    for each surface, and a point cache for each that moves; obj and ply have a mesh file for each
-    frame of a surface that moves, and one for each other surface. Lengths are in metres. z is up,
-    except in gltf and alembic, which have y up.
+    uv and materials; alembic has points and poses over time, uv and colours; pc2 and mdd have an
+    OBJ file for each surface, and a point cache for each that moves; obj and ply have a mesh file
+    for each frame of a surface that moves, and one for each other surface. Lengths are in metres. z
+    is up, except in gltf and alembic, which have y up.
 
     \b
         loomstone export out/drape --to usd

@@ -132,7 +132,7 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
 
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
-    """Prints sizes and initial intersections of a scene; returns whether it can be simulated.
+    """Prints sizes and intersections of a scene; returns False if intersections prevent a run.
 
     picture : path where a picture of the initial state is written, or None
     """

@@ -36,9 +36,10 @@ def replay(
     """Predicts the time of collision searches on many ranks.
 
     Uses the motions that `loomstone run --record-tasks` has recorded. Measures the work of each
-    search on one thread, and simulates how the ranks share it. Prints the mean time of a recorded
-    step and the efficiency, which is the time on one rank divided by the sum of the times of all
-    ranks. Writes replay.csv into the run.
+    search on one thread, and simulates how the ranks share it. Prints means over the recorded
+    steps: the time, the part of it in which ranks exchange data, and the numbers of transferred
+    tasks and refused requests. Also prints the efficiency, which is the time on one rank divided by
+    the sum of the times of all ranks. Writes replay.csv into the run.
 
     \b
         loomstone run scenes/drape.py --record-tasks 20

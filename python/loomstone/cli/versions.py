@@ -8,7 +8,7 @@ from .application import app
 
 @app.command()
 def versions() -> None:
-    """Prints the versions of loomstone and of related packages.
+    """Prints the versions of loomstone, Python and selected packages.
 
     Include the output in problem reports.
     """

@@ -1,4 +1,4 @@
-"""Writes each surface of a run to files of its own: mesh files, or one with a point cache."""
+"""Writes the surfaces of a run as mesh files, or as one mesh file each and point caches."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
 Each mode of deformation is described by a stiffness and, except bending, a limit: the strain at
-which the measured curve reaches a given load (usually 100-200 gf/cm; default 150 gf/cm). The
-stiffness is fitted to the curve up to the limit, by least squares in closed form. The load P per
-width, or the moment M per width, of the model in equilibrium is
+which the measured curve reaches a given load (usually 100-200 gf/cm; default 150 gf/cm). The shear
+limit can also be given directly. The stiffness is fitted to the curve up to the limit, by least
+squares in closed form. In equilibrium, the load P or the moment M per width of the model is
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no transverse load
     shear:       P = G g,  g = tan(angle)                 simple shear, g the engineering shear
@@ -57,8 +57,9 @@ def fit(
     shear_limit : largest e12 [1]; None: that at `load`, which shear tests rarely reach
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
-    numbers, strain does not increase, fewer than four points up to the limit differ from 0, or a
-    load is never reached. Without bending curves, the material has the default bending rigidities.
+    numbers, strain does not increase, fewer than four points up to the limit differ from 0, or
+    `load` is never reached. Without bending curves, the material has the default bending
+    rigidities.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)
@@ -97,7 +98,7 @@ def fit(
 
 
 def _limits(load: Any, shear_limit: Any) -> tuple[float, float | None]:
-    """Checks the load and the shear limit, and returns them as numbers in SI units."""
+    """Checks the load and the shear limit (None: not given), and returns them in SI units."""
     reached = number_in(load, "N/m", "fit: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
@@ -183,7 +184,7 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
 
 
 def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floats]:
-    """Checks a curve; returns its strains (the tangents of shear angles) and loads in SI units."""
+    """Checks a curve; returns its two columns in SI units, with the tangents of shear angles."""
     if not isinstance(curve, (tuple, list)) and np.ndim(curve) == 2 and np.shape(curve)[1] == 2:
         curve = tuple(np.asarray(curve).T)
     if not isinstance(curve, (tuple, list)) or len(curve) != 2:

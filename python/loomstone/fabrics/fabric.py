@@ -40,7 +40,7 @@ class Fabric(ClothMaterial):
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
     source, licence : source of the numbers and its licence
     caveats : limitations of the numbers, one sentence each
-    band : published range of the drape coefficient of similar fabrics, or None
+    band : published range of the drape coefficient [%] of similar fabrics, or None
     fits : fit of each mode of deformation by name ("weft"), for fabrics made by fit_fabric
     """
 

@@ -178,7 +178,7 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
     """Returns, for each of `count` vertices, its index after pairs of vertices have been joined.
 
-    The new vertices are ordered by the smallest original index that each of them combines.
+    The new vertices are in the order of their smallest original indices.
     """
     parent = list(range(count))
 

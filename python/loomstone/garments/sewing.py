@@ -31,7 +31,8 @@ class Garment:
 
     mesh : TriangleMesh. Its uv are the panels laid out next to each other [m]; the two sides of a
         seam therefore have different uv.
-    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge)
+    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge); those of a
+        mesh that was already sewn are described in sewn()
     panel_names : names of the panels
     panel_of_triangle : (m) index of the panel of each triangle
     seam_edges : (k x 2) edges of the mesh along the seams

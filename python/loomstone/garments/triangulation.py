@@ -128,7 +128,7 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
 
 
 def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
-    """Returns which points are so far from sharp corners that each of these keeps one triangle.
+    """Returns which points are so far from sharp corners that each corner keeps one triangle.
 
     Two triangles at a corner would each have only about half of its angle.
     """
@@ -144,7 +144,7 @@ def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
 
 
 def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
-    """Returns `interior` points of a jittered hexagonal lattice, spread over the whole piece."""
+    """Returns `interior` points of a jittered hexagonal lattice, or fewer if there is no room."""
     random = np.random.default_rng(seed)
     low, size = boundary.points.min(0), np.ptp(boundary.points, axis=0)
     # The area per point of a hexagonal lattice is 0.866 of the squared spacing. A boundary point

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> MagneticBody:
     """Returns a solid hard magnet as a hierarchy of dipole cells of [Thomaszewski2010].
 
-    The method is that of section 6.3.2. Pose and moment are kept. The bounding box is repeatedly
+    The method follows section 6.3.2. Pose and moment are kept. The bounding box is repeatedly
     bisected along its longest axis until the leaves reach `density` [1/m^3]. A leaf of volume v
     is dropped if its centre lies outside the magnet, or closer to the magnet's surface than
     v^(1/3) / 2. If no leaf remains, a single dipole is used. The moments of the

@@ -69,7 +69,7 @@ def dipole_field(
 
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
     grows like N log N. The number bounds the root mean square error, relative to the root mean
-    square of the result, as measured against direct sums for 128 observers. Up to 6e7 pairs
+    square of the result, as measured against direct sums for up to 128 observers. Up to 6e7 pairs
     (about 7,700 dipoles and as many observers), all pairs are summed directly.
     """
     if tolerance is None:

@@ -58,9 +58,10 @@ def force(
     """Returns force and torque on one body, exerted by another.
 
     tolerance [1], 1e-12 to 0.1: requested error relative to the force, or to the torque divided by
-    the body's radius if that is larger. The charge or current of one body is integrated in the
-    exact field of the other. The reaction follows from the balance of linear and angular momentum:
-    force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and spheres are exact.
+    the body's radius if that is larger. In general, the charge or current of one body is integrated
+    in the field of the other. Dipoles and spheres need no integral. The reaction follows from the
+    balance of linear and angular momentum: force(on=b, by=a) is minus force(on=a, by=b) to the last
+    bit.
 
     `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
@@ -75,11 +76,12 @@ def force(
     covers the torque divided by the body's radius. For many calls, build the cells once with
     `cells`; the error is then 0, because it refers to the sum over these cells only.
 
-    Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
-    range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of the sum of
-    their radii exert the forces of bodies that touch. Overlap is always found if both bodies are
-    cuboids or one is a sphere. Between other bodies it is found if one of about 300 points on the
-    surface of either body lies in the other.
+    Raises InvalidInput for solid magnets that overlap (they may touch), for loops or polylines that
+    meet, for a tolerance out of range, and for polylines that are not closed. Bodies that overlap
+    by at most 1e-6 of the sum of their radii exert the forces of bodies that touch. Overlap is
+    always found if both bodies are cuboids or one is a sphere. Between other bodies it is found if
+    one of about 300 points (more on meshes with many triangles) on the surface of either body lies
+    in the other.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -112,8 +114,8 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     tolerance [1]: error of each pair relative to the largest force between any two bodies, or to
     the pair's own torque / radius if that is larger. Linear and angular momentum are conserved to
     rounding. Between bodies made by cells(), the forces are sums over their cells. As in `force`,
-    errors are estimated, and solid magnets that overlap raise InvalidInput. threads 0: all
-    processors; the result does not depend on it.
+    errors are estimated, and magnets that overlap and wires that meet raise InvalidInput. threads
+    0: all processors; the result does not depend on it.
 
     The method `at` places each body at its pose:
 
@@ -137,7 +139,7 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     same moments whose distance is the sum of both radii. The energy of an induced body is that of
     its panels' charge in the potential of the magnet, and does not depend on the tolerance. threads
     0: all processors; the result does not depend on it. Raises Unsupported for currents, because
-    keeping them constant requires work.
+    keeping them constant requires work, and in general for two induced bodies.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

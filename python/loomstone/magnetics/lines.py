@@ -30,7 +30,7 @@ class LineEnd(IntEnum):
     left = 2  # the line enters or leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
     length = 4  # the line reaches the limit of its length or number of steps
-    no_field = 5  # the field vanishes there
+    no_field = 5  # the field vanishes or is not finite there
 
 
 class FieldLines(NamedTuple):
@@ -111,7 +111,7 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
 def frame_lines(
     simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FieldLines | None:
-    """Returns the field lines of a frame of a simulation, or None if the field is negligible.
+    """Returns the field lines of a frame; None without sources or if the field is negligible.
 
     Sources are the magnets of the frame and the coils that carry a current.
     """

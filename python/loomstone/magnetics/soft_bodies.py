@@ -34,7 +34,7 @@ class Induced(NamedTuple):
 def soft_sphere(
     *, radius: float, susceptibility: float, saturation: float = 0.0, degree: int = 0
 ) -> SoftBody:
-    """Magnetisable sphere: radius [m], susceptibility chi = mu_r - 1 >= -1 [1].
+    """Magnetisable sphere: radius [m], susceptibility chi = mu_r - 1 >= -1, not 0 [1].
 
     chi = inf is ideal iron, chi = -1 a superconductor. The response is exact for solid harmonics up
     to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its tolerance and the
@@ -56,7 +56,7 @@ def soft_cuboid(
     focus: float = 0.0,
     threads: int = 0,
 ) -> SoftBody:
-    """Magnetisable cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1 [1].
+    """Magnetisable cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1, not 0 [1].
 
     chi = inf is ideal iron, chi = -1 a superconductor. saturation: mu0 M_s [T], 0: none; see
     `induce`.
@@ -106,7 +106,7 @@ def soft_cylinder(
 ) -> SoftBody:
     """Magnetisable cylinder about the z axis, or a ring if inner_radius > 0; lengths in [m].
 
-    susceptibility: chi = mu_r - 1 >= -1 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
+    susceptibility: chi = mu_r - 1 >= -1, not 0 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
 
     cells: panels along the side, a multiple of 4 from 8 to 24 (slender cylinders have up to eight
     times as many). Twice `cells` panels lie around the axis. Panels are finer towards the rims,
@@ -140,7 +140,7 @@ def soft_mesh(
 ) -> SoftBody:
     """Magnetisable body bounded by a closed `TriangleMesh` [m].
 
-    susceptibility: chi = mu_r - 1 >= -1 [1].
+    susceptibility: chi = mu_r - 1 >= -1, not 0 [1].
 
     The triangles are bisected until there are at least `panels` of them. Raises InvalidInput if
     `panels` or the number of triangles of the mesh exceeds 8000. The linear system is factored here
@@ -181,8 +181,8 @@ def induce(
     / mu0. For chi >> 1, the force of a cube magnet on an equal cube is 12 % too large at a gap of
     one edge, and 37 % at a quarter.
 
-    threads 0: all processors; the result does not depend on it. Raises InvalidInput if bodies
-    overlap, and SolverFailure if no equilibrium is found.
+    threads 0: all processors; the result does not depend on it. The mutual response raises
+    InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)

@@ -50,8 +50,8 @@ def baked(
     All samples are kept in memory, with 24 bytes per vertex and sample. Vertices that coincide in
     all samples are joined. USD needs the extra `usd`, glTF the extra `gltf`.
 
-    Raises CacheError if the file cannot be read, and InvalidInput if nothing in it moves or an
-    argument is invalid.
+    Raises CacheError if the file cannot be read, Unsupported if the extra is not installed, and
+    InvalidInput if nothing in the file moves or an argument is invalid.
 
     >>> walker = baked("walker.glb", parts=["Body"], animation="Walk")   # doctest: +SKIP
     """

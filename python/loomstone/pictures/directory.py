@@ -74,8 +74,8 @@ def claim(
     Returns the content of its options.json.
 
     metadata : text of the metadata that the run has stored
-    again : whether existing pictures are deleted. Otherwise, pictures of another run or with other
-        options cause an InvalidInput that ends with `advice`.
+    again : whether existing pictures are deleted. Otherwise, pictures of another run, with other
+        options or without options.json cause an InvalidInput that ends with `advice`.
     """
     make_directory(directory)
     wanted = {

@@ -39,7 +39,7 @@ class Replayed:
 class ParallelRun:
     """How the ranks of one run shared its work.
 
-    name : name of its directory
+    name : path of its directory
     frames (f) : times of the frames after the first [s]
     collision, collision_waiting (f) : for each of these frames, the wall time of collision handling
         in the steps since the preceding frame, and the part of it in which a rank communicates or

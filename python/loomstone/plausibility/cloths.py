@@ -88,10 +88,10 @@ def of_attachments(scene: Scene) -> list[str]:
 
 
 def of_contacts(scene: Scene, simulation: Any) -> list[str]:
-    """Returns one sentence for each pair of surfaces, or cloth with itself, that start too close.
+    """Returns one sentence for each pair of a cloth and a surface that start too close.
 
-    Their distance is less than GAP times the contact distance. Contacts in which all vertices of
-    cloth are pinned or attached do not count.
+    Their distance is less than GAP times the contact distance. The surface may be the cloth itself.
+    Contacts in which all vertices of cloth are pinned or attached do not count.
     """
     vertices, distances, thicknesses = simulation.near_contacts()
     close = distances < GAP * thicknesses

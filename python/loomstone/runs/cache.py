@@ -200,9 +200,9 @@ class Run:
 
         to : usd (.usdc, .usd or .usda: points and poses over time, uv, materials), gltf (.glb or
             .gltf: morph targets and animated nodes, uv, materials), alembic (.abc: points and poses
-            over time, uv), pc2 or mdd (an OBJ file for each surface, and a point cache for each
-            that moves), obj or ply (a mesh file for each surface and, if it moves, each frame).
-            None: the suffix of `out` determines it.
+            over time, uv, colours), pc2 or mdd (an OBJ file for each surface, and a point cache for
+            each that moves), obj or ply (a mesh file for each surface and, if it moves, each
+            frame). None: the suffix of `out` determines it.
         out : file, or directory for pc2, mdd, obj and ply; default: in the directory of the run
         frames : frames to export, such as range(10, 50); None: all
         every : export only every n-th of these frames
@@ -220,7 +220,7 @@ class Run:
         return export_run(self, out, to=to, frames=frames, every=every, overwrite=overwrite)
 
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
-        """Returns the pairs of intersecting triangles in a frame.
+        """Returns the pairs of triangles that intersect in a frame and share no vertex.
 
         Triangles are numbered in the order of surface(): cloth first, then bodies and obstacles.
         """

@@ -22,7 +22,7 @@ _SHELL = (
 # Error messages that contain this command already say how to continue, so nothing is printed after
 # them.
 RESUME = "loomstone resume"
-# Time after SIGTERM at which the sentence is printed if the process has not ended [s]. mpirun kills
+# Time after SIGTERM at which the sentence is printed if the run has not ended [s]. mpirun kills
 # a rank one second after SIGTERM and then forwards no more output.
 _PATIENCE = 0.5
 

@@ -125,7 +125,11 @@ class SceneFile:
 
     @contextmanager
     def _located(self) -> Iterator[None]:
-        """Runs code of the scene file in its directory, and reports an error with its line."""
+        """Runs code of the scene file in its directory.
+
+        Errors become an InvalidInput that names their line, except AssertionError and errors of
+        loomstone other than InvalidInput.
+        """
         try:
             with in_directory_of(self.path):
                 yield

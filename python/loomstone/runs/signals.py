@@ -31,7 +31,7 @@ class Received:
     number, when, due = 0, 0.0, False
 
     def waited(self) -> float:
-        """Returns the time since the first signal arrived [s], or 0 if there was none."""
+        """Returns the time since the first signal that ends the run [s], or 0 if there was none."""
         return time.monotonic() - self.when if self.number else 0.0
 
 

@@ -61,7 +61,7 @@ class NoWriter:
 
 
 class Writer(NoWriter):
-    """Writes all files of a run; used on rank 0 only."""
+    """Writes the files of a run; used on rank 0 only."""
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class Writer(NoWriter):
         frames: FrameWriter,
         following: int,
     ) -> None:
-        """Removes the rows of tables that belong to steps after the simulation's current one.
+        """Removes the rows of tables for steps and frames that will be computed again.
 
         following : index of the next frame
         """

@@ -99,7 +99,7 @@ class Live:
         return (len(pictures) - 1) / elapsed, (pictures[-1][1] - pictures[0][1]) / elapsed
 
     def intersecting_pairs(self) -> list[list[int]]:
-        """Returns the pairs of triangles that intersect now."""
+        """Returns the pairs of triangles that intersect now and share no vertex."""
         with self._lock:
             return self._sim.intersecting_pairs()
 

@@ -71,8 +71,7 @@ class Product {
     x_.assign(4 * mesh.n_vertices() + 4, 1.0);
     y_ = x_;
   }
-  // Mean time of a product [s] over 64 products. Together they take about as long as a step of 1 ms
-  // of the same mesh with the default options, so that interruptions affect both alike.
+  // Mean time of a product [s] over 64 products.
   double time() {
     const double start = now();
     for (int i = 0; i < 64; ++i) a_.multiply(0, a_.n_rows(), x_.data(), y_.data());

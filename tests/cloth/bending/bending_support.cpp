@@ -148,7 +148,8 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
   const double h = width / across;
   const PointMesh mesh = random_mesh(0.0, length, width, h, seed, smoothing);
   if (least_angle) *least_angle = mesh.least_angle;
-  // One column of cells behind the clamp line makes edges run along it.
+  // A column of prescribed cells behind the clamp line clamps the slope: it makes hinges of the
+  // edges on the line.
   const Index n = static_cast<Index>(mesh.points.rows()),
               m = static_cast<Index>(mesh.triangles.rows());
   Strip strip{Points(n + across + 1, 3),

@@ -315,7 +315,7 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
-  CHECK(found >= 0.97 * exact);  // 3 % is harmless: explicit steps keep a margin of 20 %
+  CHECK(found >= 0.97 * exact);  // 3 % is harmless: explicit bending has a margin of 20 %
   CHECK(free->largest_eigenvalue(mass) > 0.0);
 }
 
@@ -346,6 +346,6 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // with two rings of neighbours, at most 12
+  CHECK(subset.vertices.size() < 15);  // a triangle with two rings of neighbours has at most 12
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }

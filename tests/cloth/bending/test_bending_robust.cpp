@@ -1,5 +1,5 @@
-// Tests of bending in extreme cases: threads and row ranges, folds, slivers, triangles without
-// area, and invalid input.
+// Tests of bending: threads and row ranges, folds, slivers, triangles without area, curvatures of
+// quadratic surfaces, and invalid input.
 #include <catch2/catch.hpp>
 
 #include <cmath>

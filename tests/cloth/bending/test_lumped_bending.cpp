@@ -1,5 +1,5 @@
-// Tests of the lumped mid-edge stiffness, which semi-implicit steps use. It is a sparse upper bound
-// of half the Gauss-Newton stiffness.
+// Tests of the lumped mid-edge stiffness, which semi-implicit steps can use. It is a sparse upper
+// bound of half the Gauss-Newton stiffness.
 #include <catch2/catch.hpp>
 #include <random>
 

@@ -98,7 +98,7 @@ TEST_CASE("the geometric term leaves out the stress of a past motion's neglected
     expected +=
         area[t] * contraction(stress(constants, strain), Vec3(quadratic.row(t).transpose()));
   }
-  REQUIRE(largest < 0.01);  // up to 0.01, the neglected strain is omitted whole
+  REQUIRE(largest < 0.01);  // neglected strains of up to 0.01 are omitted in full
   // The tolerance covers rounding: the strains of the past motion, of order 1e-3, are computed as
   // differences of strains of order 1.
   CHECK(quadratic_difference(s, x, u, {v.data(), step}) == Approx(expected).epsilon(1e-9));

@@ -1,5 +1,5 @@
 // Tests of the broad phase: the three engines find the same pairs, which include all close
-// pairs. The shape of the tree and the number of threads do not affect the result.
+// pairs. The shape of the tree and the numbers of threads and ranks do not affect the result.
 #include <catch2/catch.hpp>
 
 #include <set>

@@ -118,7 +118,7 @@ TEST_CASE(
     "prescribed vertices keep their motion, and the cloth they drag stays free of intersections") {
   TestScene scene = facing_sheets();
   Points given = scene.x;
-  for (Index v = 0; v < 17; ++v) {  // drives one edge of the lower sheet through the upper one
+  for (Index v = 0; v < 17; ++v) {  // moves a border of the lower sheet through the upper one
     scene.inverse_mass[v] = 0.0;
     given(v, 2) += 0.06;
   }

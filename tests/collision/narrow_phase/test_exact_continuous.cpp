@@ -211,8 +211,9 @@ TEST_CASE("floating-point proofs and separating planes agree with integer arithm
 // with exact verdicts.
 namespace {
 
-// Checks all queries of a file. The exact test is never wrong. The conservative test misses no hit,
-// is never late, and reports false hits for at most the fraction `bound` of the queries.
+// Checks all queries of a file. The exact test is never wrong or late. The conservative test misses
+// no hit, is never late, and reports false hits for at most the fraction `bound` of the queries.
+// without_separated() removes no hit.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);

@@ -103,8 +103,7 @@ TEST_CASE("long slides follow Coulomb's law at every slope above the friction an
   // fraction h / t, which is below 1 %. The tolerances of 2 and 4 % allow for this error. At slope
   // 0.305 the net force is only 1.7 % of the friction, so an error of 0.07 % in the friction
   // changes the distance by 4 %. Each step therefore repeats its solve with the slip of this step.
-  // With the slip of the previous step, friction would be too large by the fraction h / t. At slope
-  // 0.305, the distance would then be a quarter too small even with steps of 1 ms.
+  // With the slip of the previous step, friction would be too large by the fraction h / t.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),

@@ -274,7 +274,8 @@ def test_the_same_seed_gives_the_same_garment():
 def test_the_grain_turns_weft_and_warp():
     flat = ls.garment([square()], triangles=50)
     turned = ls.garment([square(grain_degrees=90.0)], triangles=50)
-    # The warp runs along -x of the panel, so the pattern is the panel rotated by 90 degrees.
+    # The warp runs along -x of the panel, so the pattern is the panel rotated clockwise by
+    # 90 degrees.
     u, v = np.asarray(flat.mesh.uv).T
     assert np.allclose(np.sort(np.asarray(turned.mesh.uv)[:, 0]), np.sort(v), atol=1e-12)
     assert np.allclose(np.sort(np.asarray(turned.mesh.uv)[:, 1]), np.sort(u.max() - u), atol=1e-12)

@@ -213,7 +213,7 @@ def _compare_with_renderer(shown, camera, picture):
 def _pixel_of_cloth(frame, camera, width, height):
     """Returns the pixel of a vertex of the hanging part of the cloth, near the plane x = 0.
 
-    Of these vertices, it is the one with the least distance along the viewing direction.
+    Among such vertices, it is the closest to the eye along the viewing direction.
     """
     eye, target = np.array(camera.eye), np.array(camera.target)
     forward = (target - eye) / np.linalg.norm(target - eye)

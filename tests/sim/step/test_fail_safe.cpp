@@ -123,7 +123,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // only body and floor may touch
-    // The floor bears the load. Bullet allows the ball to overlap it slightly, up to 0.2 mm here.
+    // The floor bears the load. The ball may overlap it by up to 0.2 mm.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);
   }

@@ -74,7 +74,10 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """Remarks on specimens not at rest, intersections or a missed range; empty if none."""
+        """Remarks on specimens not at rest, intersections, and a mean outside the published range.
+
+        The remark on the mean is followed by caveats on bending. Empty if there are no remarks.
+        """
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
