@@ -28,7 +28,8 @@ py::kwargs with_rows(const py::kwargs& arguments, const std::string& owner, cons
   const auto shape = array.attr("shape").cast<std::vector<std::size_t>>();
   const bool numbers =
       std::string("buif").find(array.attr("dtype").attr("kind").cast<char>()) != std::string::npos;
-  if (!numbers || py::len(array) == 0 || (shape.size() == 2 && shape[1] == 3)) return arguments;
+  if (!numbers || shape.empty() || py::len(array) == 0 || (shape.size() == 2 && shape[1] == 3))
+    return arguments;
   if (shape != std::vector<std::size_t>{times, n, 3})
     fail<InvalidInput>(
         "{} must have shape (times, {}, 3) = ({}, {}, 3), or (times * {}, 3) = ({}, 3), got {}",

@@ -1,5 +1,5 @@
-// Visible parts of a scene: bodies that are not hidden, planes of floors, and the part of the
-// picture that surfaces cover.
+// Visible parts of a scene: bodies that are not hidden, planes and uv of floors, and the rectangle
+// of the picture that encloses given points.
 #pragma once
 
 #include <vector>

@@ -142,7 +142,7 @@ struct ListsOfStep {
   NeighbourLists lists;
   ImpactSearch search;
   SmoothNormals normals;
-  SectionStarts first = {0};  // number of first clusters before each surface pair
+  SectionStarts first = {0};  // number of clusters of the first surfaces of all earlier pairs
 };
 
 }  // namespace

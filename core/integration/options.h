@@ -60,7 +60,7 @@ constexpr auto choices(Limiting) {
                     ChoiceName{Limiting::None, "none", "limits are only reported"}};
 }
 
-// Options of all schemes.
+// Options that all schemes have.
 struct IntegratorCommon {
   Automatic step;
 };

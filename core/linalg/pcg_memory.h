@@ -46,9 +46,9 @@ struct PcgMemory {
   TermRows terms;
   Halo halo;  // rows that ranks exchange before a product
   HaloExchange halo_exchange;
-  // Inner blocks are owned blocks whose products need only the matrix and owned rows. Outer blocks
-  // are the other owned blocks. The halo is exchanged during the products of inner blocks. On one
-  // rank, all blocks are outer blocks.
+  // An owned block of rows is outer if terms act on one of its rows or if one is coupled to a row
+  // of another rank; otherwise it is inner. The halo is exchanged during the products of inner
+  // blocks. On one rank, nothing is exchanged, and all blocks are stored as outer blocks.
   std::vector<Index> inner_blocks, outer_blocks;
   Preconditioner preconditioner;
   Krylov<float> single;

@@ -1,6 +1,6 @@
 // Reads and writes triangle meshes. The extension selects the format: .obj (Wavefront) or .ply
-// (Stanford). Other formats are read in Python. No library is used for these two, because seams of
-// panels need several uv at one vertex, and errors should give the position in the file.
+// (Stanford). Python reads and writes other formats. No library is used for OBJ and PLY, because
+// seams of panels need several uv at one vertex, and errors should give the position in the file.
 #pragma once
 
 #include <array>

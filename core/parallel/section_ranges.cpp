@@ -18,7 +18,8 @@ double sum_between(const std::vector<float>& costs, std::size_t begin, std::size
                          costs.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
 }
 
-// Returns the sections that are cut together: each expensive one alone, and all others.
+// Returns groups of sections that are cut together: first a group of all inexpensive sections,
+// which may be empty, then one group for each expensive section.
 std::vector<std::vector<std::size_t>> groups(const std::vector<float>& costs,
                                              const SectionStarts& first) {
   const double sum = sum_between(costs, 0, costs.size());

@@ -1,4 +1,4 @@
-"""Scenes whose fields are mutated at random by hypothesis, for faults.py and the tests.
+"""Scenes whose fields the library Hypothesis mutates at random, for faults.py and the tests.
 
 A mutated scene must either be refused by an ls.Error of one line, or be simulated with finite
 positions and velocities. Any intersections of cloth must be reported.

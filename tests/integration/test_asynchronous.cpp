@@ -214,7 +214,7 @@ TEST_CASE("the queue keeps the energy of a swinging sheet better than intervals 
   };
   const double queue = error(Schedule::Queue), refill = error(Schedule::Refill);
   CAPTURE(queue, refill);
-  CHECK(queue < 0.05);  // first-order error: velocities lag behind positions by half a step
+  CHECK(queue < 0.05);  // first-order error: the motion lags by half a step
   CHECK(refill > 2.0 * queue);
 }
 
@@ -382,7 +382,7 @@ TEST_CASE("a damped queue takes as much energy as damped nested steps") {
   }
   CAPTURE(lost[0], lost[1]);
   CHECK(lost[0] > 0.02);
-  CHECK(lost[1] == Approx(lost[0]).epsilon(0.02));  // velocities in a queue lag by half a step
+  CHECK(lost[1] == Approx(lost[0]).epsilon(0.02));  // the motion in a queue lags by half a step
 }
 
 TEST_CASE("triangles that stretch take shorter steps, and never longer ones again") {

@@ -1,4 +1,5 @@
-// Sums, halos and the conjugate gradient solver give the same bits on several ranks as on one.
+// Sums and the conjugate gradient solver give the same bits on several ranks as on one. Messages
+// and halos arrive, and errors are the same on all ranks.
 #include <cmath>
 #include <cstring>
 #include <limits>

@@ -33,6 +33,8 @@ def control(sim):
         raise ls.SolverFailure("rank 1 has had enough")
     if wanted == "mistake" and rank == 1:
         1 / 0
+    if wanted == "claim" and rank == 1:
+        assert sim.time < 0.0
     if wanted == "full" and rank == 0:
         size = os.path.getsize(os.path.join(os.environ["OUT"], "run.vtkhdf"))
         resource.setrlimit(resource.RLIMIT_FSIZE, (size // 2, resource.RLIM_INFINITY))
@@ -79,6 +81,7 @@ def sentences(done):
         ("nan", "must be finite, got ("),
         ("error", "rank 1 has had enough"),
         ("mistake", "line 21: ZeroDivisionError"),
+        ("claim", "line 23: assert sim.time < 0.0"),
         ("full", "could not"),
     ],
 )

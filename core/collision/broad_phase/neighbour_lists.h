@@ -106,8 +106,8 @@ class NeighbourLists {
     bool unexpected = false;  // vertices left their expected motion, or lists are tried again
     // An update at the end of the motion needs a search. Set only for Cover::Gap on several ranks.
     bool due = false;
-    bool fast = false;        // a surface pair may have to be unlisted
-    double cost = 0.0;        // time spent on all lists since they were distributed [ns]
+    bool fast = false;  // a surface pair may have to be unlisted
+    double cost = 0.0;  // time spent on all lists since they were distributed [ns]
   };
 
   // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
@@ -200,8 +200,8 @@ class NeighbourLists {
 
   static constexpr int pause = 64;           // initial value in unlisted_ if lists are widened
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
-  // Calls work(list) for some lists, and divides the time that this takes among them in proportion
-  // to their estimated costs.
+  // Calls work(list) for the n lists list_at(i), and divides the time that this takes among them in
+  // proportion to their estimated costs.
   template <class ListAt, class Work>
   void work_on(Index n, ListAt&& list_at, Work&& work) const {
     using Clock = std::chrono::steady_clock;
@@ -275,7 +275,8 @@ class NeighbourLists {
   SharedRefit refit_;
   ClusterOwners owners_;
   double extra_ = 0.0;  // see widen() [m]
-  // Base distance and largest slack of each surface pair [m].
+  // Of each surface pair: base distance, and bound of the slack that lasts `steps_to_last` steps
+  // [m]. make() may choose a larger slack.
   std::vector<double> base_, most_slack_;
   // Inflation of the vertex boxes of each surface in searches, without margin_ [m].
   std::vector<double> inflation_;

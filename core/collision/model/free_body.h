@@ -28,7 +28,7 @@ struct FreeBody {
 // Bodies in the order of CollisionSurface::body.
 using FreeBodies = std::vector<FreeBody>;
 
-// Returns the body of a collision vertex, or -1.
+// Returns the body of a collision vertex; -1 if it belongs to none or `bodies` is empty.
 inline Index body_of_vertex(const CollisionModel& model, const FreeBodies& bodies, Index vertex) {
   if (bodies.empty()) return -1;
   return model.surfaces[model.surface_of_vertex[vertex]].body;

@@ -25,10 +25,10 @@ struct ContactInputs {
 
 // Inputs for corrections of the motion x0 -> x1.
 struct MotionInputs {
-  const Points& x0;            // (n x 3) [m]
+  const Points& x0;  // (n x 3) [m]
   // (n) Inverse masses of free cloth vertices and, in certification, of free bodies; else 0 [1/kg].
   const Vector& inverse_mass;
-  const Tangle& tangle;        // intersections at x0
+  const Tangle& tangle;  // intersections at x0
 };
 
 }  // namespace loomstone

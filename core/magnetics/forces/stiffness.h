@@ -1,9 +1,9 @@
 // Upper bounds of the frequencies at which magnetic forces make bodies oscillate. An explicit
 // integrator must resolve these frequencies. A solid magnet is approximated by dipoles at the
-// centres of nearly cubic parts. A loop or solenoid is treated as a magnet that fills its bore and
-// is at least one radius long. At a distance r, the force between two dipoles changes by at most
-// 24 mu0/4pi m m' / r^5 per displacement, and the torque by at most 2 mu0/4pi m m' / r^3 per angle.
-// The mean size of the two parts replaces r if r is smaller.
+// centres of up to 64 equal parts of its bounding box. A loop or solenoid is treated as a magnet
+// that fills its bore and is at least one radius long. At a distance r, the force between two
+// dipoles changes by at most 24 mu0/4pi m m' / r^5 per displacement, and the torque by at most 2
+// mu0/4pi m m' / r^3 per angle. The mean size of the two parts replaces r if r is smaller.
 #pragma once
 
 #include <memory>

@@ -116,9 +116,9 @@ class Constraining {
   // Until certification moves vertices, no check is then needed.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
-  // Marks the cloths that exceed their limits before certification, for example because scripted
-  // motion leaves no room or there were too few sweeps. Later rounds do not limit these cloths;
-  // their excess is reported.
+  // Holds the loaded vertices. Gives up the cloths that exceed their limits before certification,
+  // for example because scripted motion leaves no room or there were too few sweeps: later rounds
+  // do not limit them; their excess is reported.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     for (const Index i : in_.loaded) held_[i] = 1;

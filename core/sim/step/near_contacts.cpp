@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Sets near.v0 and near.last_change. In rows of cloth, they are needed for the vertices of contacts
-// only, unless there are events or a tangle.
+// Sets near.v0 and near.last_change. Without events and without a tangle, the rows of cloth are
+// needed only at the vertices of contacts.
 void expect_motion(const StepContext& part, const Loads& loads, const State& state,
                    const Engines& engines, NearContacts& near) {
   const Model& model = engines.model;

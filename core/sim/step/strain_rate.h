@@ -1,5 +1,5 @@
-// Sixth stage: corrects velocities so that they change strains by at most LimitOptions::strain_rate
-// in a time as long as the part. Positions do not change.
+// Sixth stage: corrects velocities so that, within the length of the part, they change strains by
+// at most LimitOptions::strain_rate. Positions do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"

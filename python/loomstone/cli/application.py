@@ -84,13 +84,16 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     try:
         with _warnings_in_one_line():
             yield communicator
-    except (Error, OSError) as error:
-        share_failure(communicator, error)
+    except (Error, OSError, AssertionError) as error:
+        failure = (
+            Error(f"a claim does not hold: {_claim(error)}")
+            if isinstance(error, AssertionError)
+            else error
+        )
+        share_failure(communicator, failure)
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(1) from None
-        fail(str(error))
-    except AssertionError as error:
-        fail(f"a claim does not hold: {_claim(error)}")
+        fail(str(failure))
     except KeyboardInterrupt:
         fail("interrupted")
     except (typer.Exit, typer.Abort):

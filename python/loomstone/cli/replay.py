@@ -35,11 +35,11 @@ def replay(
 ) -> None:
     """Predicts the time of collision searches on many ranks.
 
-    Uses the motions that `loomstone run --record-tasks` has recorded. Measures the work of each
-    search on one thread, and simulates how the ranks share it. Prints means over the recorded
-    steps: the time, the part of it in which ranks exchange data, and the numbers of transferred
-    tasks and refused requests. Also prints the efficiency, which is the time on one rank divided by
-    the sum of the times of all ranks. Writes replay.csv into the run.
+    Uses the motions that `loomstone run --record-tasks` has recorded. Measures each search on one
+    thread, and simulates how ranks share it. Prints means over the recorded steps: the time, the
+    part of it in which ranks exchange data, the numbers of transferred tasks and refused requests,
+    and the efficiency (time on one rank over the sum of times of all ranks). Writes replay.csv into
+    the run.
 
     \b
         loomstone run scenes/drape.py --record-tasks 20

@@ -73,8 +73,7 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance during sewing is a tenth of `edge`, as by default in Cloth unless some
-    # triangles are slender.
+    # The contact distance of panels is 0.1 `edge`, as in a Cloth without slender triangles.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:

@@ -58,7 +58,10 @@ def funnel(
 def wave_bar(
     *, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24
 ) -> TriangleMesh:
-    """Tube along y whose centre line is a sine wave in z; lengths in [m]."""
+    """Bar along y with hemispherical ends; lengths in [m].
+
+    Its centre line is z = amplitude cos(2 pi y / wavelength). `length` does not include the ends.
+    """
     return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
 
 

@@ -257,7 +257,11 @@ def wave_bar(
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
 ) -> Obstacle:
-    """Tube along y whose centre line is a sine wave in z; lengths in [m]."""
+    """Bar along y with hemispherical ends; lengths in [m].
+
+    Its centre line is z = amplitude cos(2 pi y / wavelength), relative to `centre`. `length` does
+    not include the ends.
+    """
     surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
     )

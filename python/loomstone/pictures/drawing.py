@@ -64,8 +64,8 @@ def render_run(
     of the whole run. Automatic colours span the values of all frames.
     """
     check_frames(run, frames)
-    # The renderer checks the options before any picture is deleted.
     shown = framed(run, options, frames)
+    # The renderer checks the options before any picture is deleted.
     renderer = Renderer(run.topology, shown)
     ranges = _value_ranges(run, renderer) if colors_need_all_frames(options) else None
     directory = Path(out) if out else run.directory / ("frames" if frames is None else "")

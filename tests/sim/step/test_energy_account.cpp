@@ -138,7 +138,8 @@ TEST_CASE("a floor that carries a sheet along works on it through friction") {
   Simulation sim(scene, step_of(1e-3), 1);
   while (sim.time() < 0.38) sim.step();
   const StepReport& report = sim.report();
-  // The sheet, at first at rest, ends at 1 m/s. Sliding loses as much energy as the sheet gains.
+  // The sheet starts at rest and ends at the 1 m/s of the floor. Sliding dissipates as much energy
+  // as the sheet gains.
   CHECK(report.energy.kinetic == Approx(0.5 * 0.04 * 0.3).epsilon(0.02));
   CHECK(report.account.scripts == Approx(2.0 * report.energy.kinetic).epsilon(0.1));
   CHECK(report.account.friction == Approx(report.energy.kinetic).epsilon(0.1));

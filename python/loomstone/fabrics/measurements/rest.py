@@ -23,7 +23,7 @@ class Rest:
     """Result of bring_to_rest().
 
     at_rest : whether both conditions of bring_to_rest() were met in the time allowed
-    time : simulated time [s]
+    time : simulated time of this call [s]
     stops : number of times that velocities were set to zero
     energy_ratio : largest kinetic energy in the last window of time, relative to the largest since
         the start [1]; 1 if no window has ended
