@@ -54,7 +54,7 @@ class ClusterOwners {
   // Index of the first entry of each surface pair in the list of all first clusters, and the length
   // of that list.
   SectionStarts first_;
-  SectionRanges starts_;                // ranges of the first clusters of each surface pair
+  SectionRanges starts_;  // ranges of the first clusters of each surface pair
   // Number of first clusters of this rank before each surface pair, and of all of them.
   std::vector<std::size_t> own_first_;
   const bool rotates_;

@@ -37,9 +37,8 @@ def replay(
 
     Uses the motions that `loomstone run --record-tasks` has recorded. Measures each search on one
     thread, and simulates how ranks share it. Prints means over the recorded steps: the time, the
-    part of it in which ranks exchange data, the numbers of transferred tasks and refused requests,
-    and the efficiency (time on one rank over the sum of times of all ranks). Writes replay.csv into
-    the run.
+    part of it in which ranks exchange data, the efficiency (time on one rank over the sum of times
+    of all ranks), and the numbers of transferred tasks and refused requests. Writes replay.csv.
 
     \b
         loomstone run scenes/drape.py --record-tasks 20
