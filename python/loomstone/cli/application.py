@@ -65,7 +65,8 @@ app.add_typer(report, name="report")
 def session(parallel: bool = True) -> Iterator[Communicator]:
     """Yields the communicator of the ranks that run a command, and reports errors.
 
-    Errors raised by loomstone are printed as one sentence. A failure on one rank ends all ranks.
+    Errors raised by loomstone are printed as one sentence. A failure on one rank ends all ranks. If
+    the reader of a pipe has closed it, the command ends with exit code 1 and without a message.
     """
 
     def fail(message: str) -> NoReturn:
@@ -87,7 +88,9 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
         share_failure(communicator, error)
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(1) from None
-        fail(str(error))
+        if isinstance(error, BrokenPipeError):
+            raise typer.Exit(1) from None
+        fail(_sentence(error))
     except AssertionError as error:
         fail(f"a claim does not hold: {_claim(error)}")
     except KeyboardInterrupt:
@@ -100,6 +103,13 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             sys.stderr.flush()
             communicator.abort(1)
         raise
+
+
+def _sentence(error: Exception) -> str:
+    """Returns the message of an error; of an OSError, the name of its file and its reason."""
+    if isinstance(error, Error) or not isinstance(error, OSError) or not error.strerror:
+        return str(error)
+    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
 
 
 def _claim(error: AssertionError) -> str:

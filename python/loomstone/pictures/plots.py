@@ -118,12 +118,18 @@ def new_figure(size: tuple[float, float]) -> Any:
 
 
 def save(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
-    """Writes a figure (PNG) and returns its path. Raises CacheError if it cannot be written."""
+    """Writes a figure, as PNG if its name has no suffix, and returns its path.
+
+    Raises CacheError if the figure cannot be written.
+    """
+    target = Path(path)
+    target = target if target.suffix else Path(f"{target}.png")
     try:
-        figure.savefig(path, dpi=dpi)
+        figure.savefig(target, dpi=dpi)
     except (OSError, ValueError) as error:
-        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
-    return Path(path)
+        reason = getattr(error, "strerror", None) or error
+        raise CacheError(f"{target}: the plot cannot be written: {reason}") from error
+    return target
 
 
 def _energy(axes: Any, steps: Steps) -> None:
