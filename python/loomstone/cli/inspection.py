@@ -16,7 +16,7 @@ from ..runs.checkpoints import checkpoint_files, latest_checkpoint
 from ..runs.scene_file import SceneFile
 from ..runs.steps import summary_of_steps
 from ..runs.stored_program import printable, stored_program
-from ..runs.stored_scene import begun_in_python
+from ..runs.stored_scene import STORED_SCENE, begun_in_python
 from ..runs.verification import count_intersections
 from ..simulation import Simulation
 
@@ -83,23 +83,28 @@ def _describe_run(run: Run) -> None:
         print(f"  integrator {options.method}, {step_text(options)}")
     print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
     if len(run):
-        report = run[-1].report
-        print(
-            f"last frame: {report.contacts.near} contacts,"
-            f" largest stretch {run[-1].stretch.max():.4f}"
-        )
+        contacts, stretch = run[-1].report.contacts.near, run[-1].stretch
+        told = f", largest stretch {stretch.max():.4f}" if len(stretch) else ""
+        print(f"last frame: {contacts} contacts{told}")
     if (run.directory / "steps.csv").exists():
         summary = summary_of_steps(run.directory / "steps.csv")
         lines = [*event_lines(run, summary), *contact_lines(summary), *limit_lines(summary)]
         lines += energy_lines(summary)
-        print("\n".join(lines))
+        for line in lines:
+            print(line)
 
 
 def print_source(path: Path) -> None:
     """Prints the program of the scene file that is stored in a run."""
     if not path.is_dir() and path.suffix != ".vtkhdf":
         raise InvalidInput(f"--source needs the directory of a run, got {path}")
-    print(printable(stored_program(Run(path)).source))
+    run = Run(path)
+    if begun_in_python(run.metadata):
+        raise InvalidInput(
+            f"{path}: was begun in Python, so it contains no program; its scene is data"
+            f" ({STORED_SCENE})"
+        )
+    print(printable(stored_program(run).source))
 
 
 def check_run(run: Run, *, trust: bool = False) -> bool:

@@ -70,6 +70,24 @@ def test_a_plot_without_a_suffix_is_a_png_of_the_printed_name(loomstone, body_ru
     assert (tmp_path / "picture.png").exists()
 
 
+def test_a_run_without_cloth_is_described(loomstone, body_run):
+    code, said = loomstone("info", "body")
+    assert code == 0 and "last frame: 0 contacts\n" in said.out
+
+
+def test_a_run_without_steps_is_described_without_empty_lines(loomstone, body_run):
+    assert loomstone("run", "body.py", "--out", "still", "--duration", 0, "--quiet")[0] == 0
+    code, said = loomstone("info", "still")
+    assert code == 0 and "\n\n" not in said.out
+
+
+def test_a_run_begun_in_python_has_no_program_to_print(loomstone):
+    box = ls.RigidBody(mesh=ls.meshes.box(size=(0.1, 0.1, 0.1)))
+    ls.Simulation(ls.Scene(bodies=[box])).run(out="own", duration=0.04)
+    code, said = loomstone("info", "own", "--source")
+    assert code == 1 and "was begun in Python, so it contains no program" in said.err
+
+
 def test_a_failed_clean_up_does_not_hide_why_an_export_failed(tmp_path):
     (tmp_path / "file").touch()
     with (
