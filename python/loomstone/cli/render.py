@@ -211,10 +211,19 @@ def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
         sight["field_of_view_degrees"] = given["fov"]
     if given["fit"]:
         sight["fit"] = True
-    camera = camera.replace(**sight)
+    camera = _upright(camera.replace(**sight))
     if "turntable" in given:
         camera = cameras.turntable(run, camera, degrees=given["turntable"])
     return camera
+
+
+def _upright(camera: Camera) -> Camera:
+    """Returns a camera that looks along its `up` with y as `up`, because no option sets `up`."""
+    sight = np.subtract(camera.target, camera.eye)
+    size = float(np.linalg.norm(sight) * np.linalg.norm(camera.up))
+    if camera.times or size == 0.0 or np.linalg.norm(np.cross(sight, camera.up)) > 1e-6 * size:
+        return camera
+    return camera.replace(up=(0.0, 1.0, 0.0))
 
 
 def _chosen(run: Run, frames: list[int]) -> list[int] | None:
