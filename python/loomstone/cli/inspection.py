@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from ..integrators import from_record, step_text
+from ..pictures.plots import ROUNDING
 from ..pictures.renderer import Renderer
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
@@ -249,14 +250,19 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
     if not summary.get("largest_kinetic_energy"):
         return []
 
+    energies = summary["energy_at_end"]
+    largest = max(map(abs, (summary["largest_kinetic_energy"], *energies.values())))
+
     def listed(values: dict[str, float]) -> str:
         return ", ".join(
-            f"{LOSSES.get(name, name)} {value:.3g} J" for name, value in values.items() if value
+            f"{LOSSES.get(name, name)} {value:.3g} J"
+            for name, value in values.items()
+            if abs(value) > ROUNDING * largest
         )
 
     account = dict(summary["account_at_end"])
     work = {name: account.pop(name) for name in ("scripts", "loads")}
-    lines = [f"energy at the end: {listed(summary['energy_at_end']) or '0 J'}"]
+    lines = [f"energy at the end: {listed(energies) or '0 J'}"]
     if any(work.values()):
         lines.append(f"work: {listed(work)}")
     lines.append(f"losses: {listed(account) or '0 J'}")
