@@ -95,3 +95,10 @@ def test_a_failed_clean_up_does_not_hide_why_an_export_failed(tmp_path):
         unfinished(tmp_path / "file" / "x.glb", size=1),
     ):
         pass
+
+
+def test_the_file_of_frames_stands_for_its_run(loomstone, body_run):
+    code, said = loomstone("check", "body/run.vtkhdf")
+    assert code == 0 and said.out.startswith("2 frames, 0 with intersecting triangles")
+    code, said = loomstone("resume", "body/run.vtkhdf")
+    assert code == 0 and said.out.endswith("frames: body/run.vtkhdf\n")
