@@ -18,8 +18,17 @@ from ..pictures.video import encode
 from ..runs.cache import Run
 from ..runs.scene_file import stored_options
 from .application import app, session
-from .options import Quiet, RunArgument
+from .options import Quiet, RunArgument, one_of
 
+FIELDS = (
+    "cloth",
+    "stretch",
+    "strain_weft",
+    "strain_warp",
+    "strain_shear",
+    "strain_split",
+    "contact",
+)
 Pixels = Annotated[int | None, typer.Option(help="size of the picture [pixels]")]
 ColorBy = Annotated[
     str | None,
@@ -27,7 +36,8 @@ ColorBy = Annotated[
         help=(
             "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split |"
             " contact; several joined by +"
-        )
+        ),
+        autocompletion=one_of(FIELDS),
     ),
 ]
 ColorMap = Annotated[
@@ -36,7 +46,12 @@ ColorMap = Annotated[
 ]
 Low = Annotated[float | None, typer.Option(help="value at the low end of the colour map")]
 High = Annotated[float | None, typer.Option(help="value at the high end of the colour map")]
-Pattern = Annotated[str | None, typer.Option(help="weave | checker | plain")]
+Pattern = Annotated[
+    str | None,
+    typer.Option(
+        help="weave | checker | plain", autocompletion=one_of(("weave", "checker", "plain"))
+    ),
+]
 Wireframe = Annotated[bool | None, typer.Option(help="draw the edges of the cloth's triangles")]
 FieldLines = Annotated[int | None, typer.Option(help="number of magnetic field lines; 0: none")]
 Eye = Annotated[
@@ -62,13 +77,17 @@ CameraFile = Annotated[
 ]
 BackgroundChoice = Annotated[
     str | None,
-    typer.Option(help="backdrop | none: transparent, without a video"),
+    typer.Option(
+        help="backdrop | none: transparent, without a video",
+        autocompletion=one_of(("backdrop", "none")),
+    ),
 ]
 Passes = Annotated[
     list[str],
     typer.Option(
         "--pass",
         help="write depth | normal | id as EXR files in place of pictures; may be repeated",
+        autocompletion=one_of(("depth", "normal", "id")),
     ),
 ]
 Frames = Annotated[list[int], typer.Option(help="only this frame (-1: the last); may be repeated")]

@@ -166,6 +166,9 @@ def test_a_shell_completes_commands_and_names(loomstone, monkeypatch):
     assert completed("loomstone re", 1) == ["resume", "render", "replay", "report"]
     assert completed("loomstone run --integrator b", 3) == ["backward-euler", "bdf2"]
     assert completed("loomstone plot --what st", 3) == ["stages", "step", "strain", "stretch"]
+    assert completed("loomstone render --color-by stre", 3) == ["stretch"]
+    assert completed("loomstone render --pass d", 3) == ["depth"]
+    assert completed("loomstone export --to u", 3) == ["usd"]
     assert completed("loomstone scenes dr", 2) == ["dragon", "drape", "dress"]
     assert one_of(["b", "ab", "aa"])("a") == ["aa", "ab"]
 
