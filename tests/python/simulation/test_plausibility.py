@@ -173,6 +173,10 @@ MISTAKES = {
         two_boxes(0.04, magnets=[magnet("left", 0.02, (0.022, 0, 0)), magnet("right", 0.02)]),
         r'magnets\[0\] on bodies\[0\] \("left"\) and magnets\[1\] on .* overlap at the start',
     ),
+    "magnets that overlap on one body": (
+        two_boxes(0.3, magnets=[magnet("left", 0.01, (x, 0, 0)) for x in (0.0, 0.004)]),
+        r'magnets\[0\] and magnets\[1\] on bodies\[0\] \("left"\) overlap, so their polariz',
+    ),
     "a reversed obstacle around cloth": (
         in_reversed_box(),
         r'obstacles\[0\] \("room"\) is closed but faces inwards .* cloths\[0\] .* starts inside',
@@ -241,6 +245,7 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
         scene(cloth(), obstacles=[ls.floor(size=100.0, height=-1.0)]),
         two_boxes(0.02, obstacles=[ls.floor(height=0.49)]),
         two_boxes(0.3, magnets=[magnet("left", 0.02), magnet("right", 0.02)]),
+        two_boxes(0.3, magnets=[magnet("left", 0.01, (x, 0, 0)) for x in (-0.005, 0.005)]),
         scene(jumping([0.0, 0.1], [(0, 0, 0), (0, 0, 1.0)])),
         scene(jumping([-1.0, 1.0], [(0, 0, -1.0), (0, 0, 1.0)])),
         scene(jumping([0, 30], [(0, 0, 0), (0, 0, 1.0)])),
@@ -259,6 +264,7 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
         "a large floor",
         "boxes that touch each other and the floor",
         "magnets that fill their bodies",
+        "magnets that touch on one body",
         "a fast pin",
         "a script that begins earlier",
         "a slow script of two whole seconds",
