@@ -132,6 +132,7 @@ def test_scenes_are_listed_and_copied(loomstone):
 
 
 def test_a_new_scene_file_runs_and_keeps_its_claims(loomstone):
+    assert "loomstone run 'my scene.py'" in loomstone("new", "my scene.py")[1].out
     assert loomstone("new", "mine.py")[0] == 0
     code, said = loomstone("run", "mine.py", "--out", "out", "-p", "triangles=200", "--quiet")
     assert code == 0 and said.err == ""
