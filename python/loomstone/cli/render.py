@@ -222,6 +222,8 @@ def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
     """Returns the camera of --camera, or else `camera`, changed by the other options in `given`."""
     if "camera" in given:
         camera = cameras.read_camera(given["camera"])
+    if "target" in given and "eye" not in given and np.array_equal(camera.eye, Camera().eye):
+        raise InvalidInput("--target needs --eye, because no camera gives a position of the eye")
     if "eye" in given or "target" in given:
         none = np.empty((0, 3))
         camera = camera.replace(fit=False, times=[], eyes=none, targets=none)
