@@ -115,6 +115,8 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
     Returns whether no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """
+    if not len(run):
+        raise CacheError(f"{run.directory} has no frames yet; resume it, and check it later")
     counts = [count_intersections(run.topology, frame) for frame in run]
     tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
     print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")

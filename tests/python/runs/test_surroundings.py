@@ -6,6 +6,7 @@ import sys
 import loomstone as ls
 import pytest
 from loomstone import cli
+from loomstone.cli.inspection import check_run
 from loomstone.exchange.targets import unfinished
 
 BODY = """
@@ -102,3 +103,14 @@ def test_the_file_of_frames_stands_for_its_run(loomstone, body_run):
     assert code == 0 and said.out.startswith("2 frames, 0 with intersecting triangles")
     code, said = loomstone("resume", "body/run.vtkhdf")
     assert code == 0 and said.out.endswith("frames: body/run.vtkhdf\n")
+
+
+def test_a_run_without_frames_cannot_be_checked(body_run):
+    class Empty:
+        directory = body_run
+
+        def __len__(self):
+            return 0
+
+    with pytest.raises(ls.CacheError, match="has no frames yet; resume it"):
+        check_run(Empty())
