@@ -35,6 +35,7 @@ from .runs.options import RunOptions
 __all__ = ["Simulation"]
 
 
+@takes()
 class Simulation(_core.Simulation):
     """A scene prepared for time stepping.
 
@@ -111,7 +112,7 @@ class Simulation(_core.Simulation):
         self.preparation_seconds = time.perf_counter() - began
         found = implausible(self)
         for sentence in found if ranks.rank == 0 else []:
-            warnings.warn(sentence, SceneWarning, stacklevel=2)
+            warnings.warn(sentence, SceneWarning, stacklevel=3)
 
     @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:

@@ -54,7 +54,8 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
     Arguments annotated as TriangleMesh may also be meshes of trimesh or meshio.
 
-    A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. If the
+    A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. An
+    argument without a keyword where none is taken raises a TypeError that names a keyword. If the
     C++ core rejects the type of an argument, a TypeError shows the given arguments and the expected
     types.
     """
@@ -71,6 +72,10 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Callable[P, R]:
     parameters = inspect.signature(function).parameters
     order = list(parameters)
+    named = [key for key in order if key != "self"]
+    kinds = [parameter.kind for parameter in parameters.values()]
+    any_place = inspect.Parameter.VAR_POSITIONAL in kinds
+    places_for = sum(kind <= inspect.Parameter.POSITIONAL_OR_KEYWORD for kind in kinds)
     assert units.keys() <= parameters.keys(), f"{name} has no {units.keys() - parameters.keys()}"
     meshes = {
         key: _only_mesh(parameters[key].annotation)
@@ -82,7 +87,9 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
     def call(*given: Any, **keywords: Any) -> R:
         for key in keywords:
             if key not in parameters:
-                raise TypeError(f"{name}() has no argument {key!r}; {_hint(key, order)}")
+                raise TypeError(f"{name}() has no argument {key!r}; {_hint(key, named)}")
+        if len(given) > places_for and not any_place:
+            raise TypeError(_too_many(name, given, order, places_for))
         for key in units.keys() & keywords.keys():
             keywords[key] = in_unit(keywords[key], units[key], f"{name}: {key}")
         for key in meshes.keys() & keywords.keys():
@@ -110,6 +117,22 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
 
     call.units = units  # type: ignore[attr-defined]
     return call
+
+
+def _too_many(name: str, given: tuple[Any, ...], order: list[str], places: int) -> str:
+    """Returns a message about arguments without a keyword that a function does not take.
+
+    order : all parameters; the first `places` of them may be given without a keyword
+    """
+    shown = repr(given[places])[:200]
+    first = [key for key in order[:places] if key != "self"]
+    if not first:
+        keyword = f"as in {name}({order[places]}=...), " if order[places:] else ""
+        return f"{name}() takes keyword arguments only, {keyword}got {shown} without one"
+    return (
+        f"{name}() takes no argument without a keyword except {', '.join(first)}, got {shown};"
+        f" known: {', '.join(key for key in order if key != 'self')}"
+    )
 
 
 def _only_mesh(annotation: Any) -> bool:

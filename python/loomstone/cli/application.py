@@ -66,7 +66,8 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     """Yields the communicator of the ranks that run a command, and reports errors.
 
     Errors of loomstone and of the operating system are printed in one line. If one rank raises such
-    an error, or an unexpected exception, all ranks end.
+    an error, or an unexpected exception, all ranks end. If the reader of a pipe has closed it, the
+    command ends with exit code 1 and without a message.
     """
 
     def fail(message: str) -> NoReturn:
@@ -93,7 +94,9 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
         share_failure(communicator, failure)
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(1) from None
-        fail(str(failure))
+        if isinstance(error, BrokenPipeError):
+            raise typer.Exit(1) from None
+        fail(_sentence(failure))
     except KeyboardInterrupt:
         fail("interrupted")
     except (typer.Exit, typer.Abort):
@@ -104,6 +107,13 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             sys.stderr.flush()
             communicator.abort(1)
         raise
+
+
+def _sentence(error: Exception) -> str:
+    """Returns the message of an error; of an OSError, the name of its file and its reason."""
+    if isinstance(error, Error) or not isinstance(error, OSError) or not error.strerror:
+        return str(error)
+    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
 
 
 def _claim(error: AssertionError) -> str:

@@ -38,7 +38,7 @@ def check(
         loomstone check out/drape
     """
     with session(parallel=False):
-        if path.is_dir():
+        if path.is_dir() or path.suffix == ".vtkhdf":
             good = check_run(Run(path.absolute()), trust=trust)
         else:
             good = check_scene(SceneFile.open(path, parse_parameters(p)), render)

@@ -12,7 +12,7 @@ from ..exchange.export import FORMATS, export_run, format_of
 from ..exchange.selection import parse_frames
 from ..runs.cache import Run
 from .application import app, session
-from .options import RunArgument
+from .options import RunArgument, one_of
 
 
 @app.command()
@@ -20,7 +20,10 @@ def export(
     run: RunArgument,
     to: Annotated[
         str | None,
-        typer.Option(help=f"{' | '.join(FORMATS)}; default: that of the suffix of --out"),
+        typer.Option(
+            help=f"{' | '.join(FORMATS)}; default: that of the suffix of --out",
+            autocompletion=one_of(FORMATS),
+        ),
     ] = None,
     out: Annotated[
         Path | None,

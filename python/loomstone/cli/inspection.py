@@ -10,13 +10,14 @@ import numpy as np
 from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from ..integrators import from_record, step_text
+from ..pictures.plots import ROUNDING
 from ..pictures.renderer import Renderer
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
 from ..runs.scene_file import SceneFile
 from ..runs.steps import summary_of_steps
 from ..runs.stored_program import printable, stored_program
-from ..runs.stored_scene import begun_in_python
+from ..runs.stored_scene import STORED_SCENE, begun_in_python
 from ..runs.verification import count_intersections
 from ..simulation import Simulation
 
@@ -83,23 +84,28 @@ def _describe_run(run: Run) -> None:
         print(f"  integrator {options.method}, {step_text(options)}")
     print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
     if len(run):
-        report = run[-1].report
-        print(
-            f"last frame: {report.contacts.near} contacts,"
-            f" largest stretch {run[-1].stretch.max():.4f}"
-        )
+        contacts, stretch = run[-1].report.contacts.near, run[-1].stretch
+        told = f", largest stretch {stretch.max():.4f}" if len(stretch) else ""
+        print(f"last frame: {contacts} contacts{told}")
     if (run.directory / "steps.csv").exists():
         summary = summary_of_steps(run.directory / "steps.csv")
         lines = [*event_lines(run, summary), *contact_lines(summary), *limit_lines(summary)]
         lines += energy_lines(summary)
-        print("\n".join(lines))
+        for line in lines:
+            print(line)
 
 
 def print_source(path: Path) -> None:
     """Prints the program of the scene file that is stored in a run."""
     if not path.is_dir() and path.suffix != ".vtkhdf":
         raise InvalidInput(f"--source needs the directory of a run, got {path}")
-    print(printable(stored_program(Run(path)).source))
+    run = Run(path)
+    if begun_in_python(run.metadata):
+        raise InvalidInput(
+            f"{path}: was begun in Python, so it contains no program; its scene is data"
+            f" ({STORED_SCENE})"
+        )
+    print(printable(stored_program(run).source))
 
 
 def check_run(run: Run, *, trust: bool = False) -> bool:
@@ -109,6 +115,8 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
     Returns whether no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """
+    if not len(run):
+        raise CacheError(f"{run.directory} has no frames yet; resume it, and check it later")
     counts = [count_intersections(run.topology, frame) for frame in run]
     tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
     print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")
@@ -245,14 +253,19 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
     if not summary.get("largest_kinetic_energy"):
         return []
 
+    energies = summary["energy_at_end"]
+    largest = max(map(abs, (summary["largest_kinetic_energy"], *energies.values())))
+
     def listed(values: dict[str, float]) -> str:
         return ", ".join(
-            f"{LOSSES.get(name, name)} {value:.3g} J" for name, value in values.items() if value
+            f"{LOSSES.get(name, name)} {value:.3g} J"
+            for name, value in values.items()
+            if abs(value) > ROUNDING * largest
         )
 
     account = dict(summary["account_at_end"])
     work = {name: account.pop(name) for name in ("scripts", "loads")}
-    lines = [f"energy at the end: {listed(summary['energy_at_end']) or '0 J'}"]
+    lines = [f"energy at the end: {listed(energies) or '0 J'}"]
     if any(work.values()):
         lines.append(f"work: {listed(work)}")
     lines.append(f"losses: {listed(account) or '0 J'}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -50,7 +51,7 @@ def new(
     """
     with session(parallel=False):
         write_new_file(path, EXAMPLE)
-        print(f"scene: {path}\nrun it: loomstone run {path} --render")
+        print(f"scene: {path}\nrun it: loomstone run {shlex.quote(str(path))} --render")
 
 
 def write_new_file(path: Path, text: str) -> None:

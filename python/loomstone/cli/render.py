@@ -18,8 +18,17 @@ from ..pictures.video import encode
 from ..runs.cache import Run
 from ..runs.scene_file import stored_options
 from .application import app, session
-from .options import Quiet, RunArgument
+from .options import Quiet, RunArgument, one_of
 
+FIELDS = (
+    "cloth",
+    "stretch",
+    "strain_weft",
+    "strain_warp",
+    "strain_shear",
+    "strain_split",
+    "contact",
+)
 Pixels = Annotated[int | None, typer.Option(help="size of the picture [pixels]")]
 ColorBy = Annotated[
     str | None,
@@ -27,7 +36,8 @@ ColorBy = Annotated[
         help=(
             "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split |"
             " contact; several joined by +"
-        )
+        ),
+        autocompletion=one_of(FIELDS),
     ),
 ]
 ColorMap = Annotated[
@@ -36,7 +46,12 @@ ColorMap = Annotated[
 ]
 Low = Annotated[float | None, typer.Option(help="value at the low end of the colour map")]
 High = Annotated[float | None, typer.Option(help="value at the high end of the colour map")]
-Pattern = Annotated[str | None, typer.Option(help="weave | checker | plain")]
+Pattern = Annotated[
+    str | None,
+    typer.Option(
+        help="weave | checker | plain", autocompletion=one_of(("weave", "checker", "plain"))
+    ),
+]
 Wireframe = Annotated[bool | None, typer.Option(help="draw the edges of the cloth's triangles")]
 FieldLines = Annotated[int | None, typer.Option(help="number of magnetic field lines; 0: none")]
 Eye = Annotated[
@@ -62,13 +77,17 @@ CameraFile = Annotated[
 ]
 BackgroundChoice = Annotated[
     str | None,
-    typer.Option(help="backdrop | none: transparent, without a video"),
+    typer.Option(
+        help="backdrop | none: transparent, without a video",
+        autocompletion=one_of(("backdrop", "none")),
+    ),
 ]
 Passes = Annotated[
     list[str],
     typer.Option(
         "--pass",
         help="write depth | normal | id as EXR files in place of pictures; may be repeated",
+        autocompletion=one_of(("depth", "normal", "id")),
     ),
 ]
 Frames = Annotated[list[int], typer.Option(help="only this frame (-1: the last); may be repeated")]
@@ -203,6 +222,8 @@ def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
     """Returns the camera of --camera, or else `camera`, changed by the other options in `given`."""
     if "camera" in given:
         camera = cameras.read_camera(given["camera"])
+    if "target" in given and "eye" not in given and np.array_equal(camera.eye, Camera().eye):
+        raise InvalidInput("--target needs --eye, because no camera gives a position of the eye")
     if "eye" in given or "target" in given:
         none = np.empty((0, 3))
         camera = camera.replace(fit=False, times=[], eyes=none, targets=none)
@@ -211,10 +232,19 @@ def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
         sight["field_of_view_degrees"] = given["fov"]
     if given["fit"]:
         sight["fit"] = True
-    camera = camera.replace(**sight)
+    camera = _upright(camera.replace(**sight))
     if "turntable" in given:
         camera = cameras.turntable(run, camera, degrees=given["turntable"])
     return camera
+
+
+def _upright(camera: Camera) -> Camera:
+    """Returns a camera that looks along its `up` with y as `up`, because no option sets `up`."""
+    sight = np.subtract(camera.target, camera.eye)
+    size = float(np.linalg.norm(sight) * np.linalg.norm(camera.up))
+    if camera.times or size == 0.0 or np.linalg.norm(np.cross(sight, camera.up)) > 1e-6 * size:
+        return camera
+    return camera.replace(up=(0.0, 1.0, 0.0))
 
 
 def _chosen(run: Run, frames: list[int]) -> list[int] | None:

@@ -154,7 +154,7 @@ def resume(
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
         begun = Run(run)
-        kept = begun.metadata
+        run, kept = begun.directory, begun.metadata
         file: SceneFile | StoredScene
         if begun_in_python(kept):
             file = StoredScene(run, kept)

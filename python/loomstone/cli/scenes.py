@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -57,7 +58,7 @@ def scenes(
             raise InvalidInput(f"there is no scene {name!r}; {hint}")
         target = out or Path(f"{name}.py")
         write_new_file(target, known[name].read_text())
-        print(f"scene: {target}\nrun it: loomstone run {target}")
+        print(f"scene: {target}\nrun it: loomstone run {shlex.quote(str(target))}")
 
 
 def _first_line(path: Path) -> str:

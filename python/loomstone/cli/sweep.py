@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ..ranks import default_threads
+from ..runs.frame_times import told_of_part_frame
 from ..runs.scene_file import SceneFile
 from ..runs.signals import Interrupted
 from ..sweeps.engines import Command, on_dask, on_this_machine
@@ -73,7 +74,7 @@ def sweep(
         points = points_of(values, scene, target)
         given = {"duration": duration, "rate": rate, "step": step, "integrator": integrator}
         options = {name: value for name, value in given.items() if value is not None}
-        claim(target, {"scene": SceneFile.open(scene, points[0].parameters).source, **given})
+        _begin(SceneFile.open(scene, points[0].parameters), target, given, scheduler)
         arguments = [str(scene.resolve())]
         for name, value in options.items():
             arguments += [f"--{name}", str(value)]
@@ -93,6 +94,14 @@ def sweep(
             print(f"failed with exit code {code}: {point.directory / 'log.txt'}")
         if failed:
             raise typer.Exit(1)
+
+
+def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:
+    """Claims the directory of a sweep, and tells a duration that is no whole number of frames."""
+    claim(target, {"scene": file.source, **given}, besides=Path(scheduler or "").name)
+    duration = file.duration if given["duration"] is None else given["duration"]
+    if told := told_of_part_frame(duration, file.rate if given["rate"] is None else given["rate"]):
+        print(told)
 
 
 def _follow(

@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .._core import CacheError, InvalidInput
@@ -48,7 +48,8 @@ def unfinished(path: Path, *, size: int) -> Iterator[Path]:
             yield partial
             partial.replace(path)
     except BaseException:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):  # the error that ended the export is reported
+            partial.unlink(missing_ok=True)
         raise
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -36,13 +37,19 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
         prims = [prim for prim in _visible(stage) if prim.IsA(geometry.Mesh)]
         parts = [_part(path, geometry.Mesh(prim), codes, _to_metres(stage)) for prim in prims]
     except tf.ErrorException as error:
-        reason = " ".join(str(error).split())[-200:]
-        raise CacheError(f"{path}: cannot be read as USD: {reason}") from None
+        raise CacheError(f"{path}: cannot be read as USD: {_reason(error)}") from None
     except MALFORMED as error:
         if isinstance(error, Error):
             raise
         raise CacheError(f"{path}: is malformed, and cannot be read as USD: {error!r}") from None
     return parts, times
+
+
+def _reason(error: Exception) -> str:
+    """Returns the last message of an error of usd-core, without the place in its sources."""
+    text = " ".join(str(error).split())
+    messages = re.findall(r"at line \d+ in file \S+ : '(.*?)'(?= Error in |$)", text)
+    return messages[-1] if messages else text[-200:]
 
 
 def _first_code(stage: Any) -> float:

@@ -32,5 +32,6 @@ def color_table(name: str) -> tuple[NDArray[np.uint8], bool]:
             "render.color_map must be a colour map of matplotlib, such as viridis, magma, cividis,"
             f" coolwarm or RdBu_r, or diverging, got {name!r}"
         ) from None
-    table = np.rint(255.0 * np.asarray(found.lut(256))[:, :3]).astype(np.uint8)
+    colors = np.asarray(found(np.linspace(0.0, 1.0, 256)))[:, :3]
+    table = np.rint(255.0 * colors).astype(np.uint8)
     return table, found.category == "diverging"

@@ -13,13 +13,16 @@ from numpy.typing import NDArray
 from .._core import CacheError, InvalidInput, Unsupported
 from ..base.arguments import takes
 
-__all__ = ["KINDS", "plot_steps"]
+__all__ = ["KINDS", "ROUNDING", "plot_steps"]
 
 Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
 
 # The plot omits stages that take a smaller fraction of the wall time than this.
 LEAST_SHARE = 1e-3
+
+# Energies below this fraction of the largest are rounding errors, and are left out. Our choice.
+ROUNDING = 1e-12
 
 # Width and height of a figure without its legend, and height of a row of the legend [inches].
 SIZE = (8.0, 4.5)
@@ -117,12 +120,18 @@ def new_figure(size: tuple[float, float]) -> Any:
 
 
 def save(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
-    """Writes a figure (PNG) and returns its path. Raises CacheError if it cannot be written."""
+    """Writes a figure, as PNG if its name has no suffix, and returns its path.
+
+    Raises CacheError if the figure cannot be written.
+    """
+    target = Path(path)
+    target = target if target.suffix else Path(f"{target}.png")
     try:
-        figure.savefig(path, dpi=dpi)
+        figure.savefig(target, dpi=dpi)
     except (OSError, ValueError) as error:
-        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
-    return Path(path)
+        reason = getattr(error, "strerror", None) or error
+        raise CacheError(f"{target}: the plot cannot be written: {reason}") from error
+    return target
 
 
 def _energy(axes: Any, steps: Steps) -> None:
@@ -131,14 +140,15 @@ def _energy(axes: Any, steps: Steps) -> None:
         for name, values in steps.items()
         if name.startswith("energy.")
     }
-    _lines(axes, steps, [f"energy.{name}" for name in energies])
+    least = ROUNDING * max(float(np.abs(values).max()) for values in energies.values())
+    _lines(axes, steps, [f"energy.{name}" for name in energies], least)
     axes.plot(steps["time"], sum(energies.values()), "k", label="sum of energies")
     work = steps["account.scripts"] + steps["account.loads"]
     if work.any():
         axes.plot(steps["time"], work, "k:", label="work of scripts, air and external forces")
         axes.plot(steps["time"], sum(energies.values()) - work, "k--", label="sum minus work")
     losses = ("friction", "damping", "limits", "withheld", "lost")
-    _lines(axes, steps, [f"account.{name}" for name in losses], linestyle=":")
+    _lines(axes, steps, [f"account.{name}" for name in losses], least, linestyle=":")
     kinetic = steps["account.largest_kinetic"]
     if kinetic.any():
         gain = steps["account.balance"] * kinetic / kinetic.max()
@@ -151,10 +161,10 @@ def _energy(axes: Any, steps: Steps) -> None:
     axes.set_ylabel("energy [J]")
 
 
-def _lines(axes: Any, steps: Steps, names: list[str], **style: Any) -> None:
-    """Plots the columns that are not always 0, with their names in words."""
+def _lines(axes: Any, steps: Steps, names: list[str], least: float = 0.0, **style: Any) -> None:
+    """Plots the columns whose magnitude exceeds `least` at some time, with their names in words."""
     for name in names:
-        if steps[name].any():
+        if np.abs(steps[name]).max() > least:
             axes.plot(steps["time"], steps[name], label=WORDS.get(name, name), **style)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Cloth, Scene
+from .._core import Cloth, Scene, TriangleMesh
 from .surfaces import item
 
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
@@ -16,6 +16,7 @@ __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 # Thresholds beyond which values are implausible. All are our choice.
 AREAS = 1.2  # largest ratio of the rest area to the area at the start, or of its inverse
 LARGEST = 30.0  # largest extent of a cloth [m]
+SQUARE = 1e-3  # largest distance of the bounds of texture coordinates from 0 and 1
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
@@ -66,14 +67,23 @@ def of_cloths(cloths: list[Cloth]) -> list[str]:
 
 
 def of_attachments(scene: Scene) -> list[str]:
-    """Returns one sentence for each cloth with a vertex that is attached to several bodies."""
+    """Returns one sentence for each list of truth values in place of vertices, and one for each
+    cloth with a vertex that is attached to several bodies.
+    """
+    sizes = {cloth.name: cloth.mesh.n_vertices for cloth in scene.cloths}
+    found = [
+        f"attachments[{i}].vertices have a 0 or 1 for each of {len(attachment.vertices)} vertices;"
+        " if these are truth values, give numpy.flatnonzero of them"
+        for i, attachment in enumerate(scene.attachments)
+        if len(attachment.vertices) == sizes.get(attachment.cloth)
+        and set(attachment.vertices) <= {0, 1}
+    ]
     bodies: dict[tuple[str, int], list[str]] = {}
     for attachment in scene.attachments:
         for vertex in attachment.vertices:
             known = bodies.setdefault((attachment.cloth, vertex), [])
             if attachment.body not in known:
                 known.append(attachment.body)
-    found = []
     for cloth in dict.fromkeys(name for name, _ in bodies):
         twice = [v for (name, v), known in bodies.items() if name == cloth and len(known) > 1]
         if not twice:
@@ -145,7 +155,9 @@ def _areas(cloth: Cloth) -> str:
     start = _area(np.asarray(mesh.vertices), np.asarray(mesh.triangles))
     rest = _area(np.pad(uv, ((0, 0), (0, 1))), np.asarray(mesh.uv_triangles))
     if start / AREAS <= rest <= start * AREAS:
-        return ""
+        return _texture(mesh)
+    if _size(cloth) and start / AREAS <= 1e6 * rest <= start * AREAS:
+        return ""  # the mesh is in millimetres, which _size tells
     for unit, scale in SCALES.items():
         if start / AREAS <= scale**2 * rest <= start * AREAS:
             return (
@@ -156,6 +168,24 @@ def _areas(cloth: Cloth) -> str:
     return (
         f"its rest area is {rest:.3g} m^2 (uv in metres), but its mesh starts with {start:.3g} m^2;"
         ' if uv are texture coordinates, give rest="mesh"'
+    )
+
+
+def _texture(mesh: TriangleMesh) -> str:
+    """Returns a sentence if uv fill the unit square and so stretch the mesh at its start, or ""."""
+    uv = np.asarray(mesh.uv)
+    if max(np.abs(uv.min(axis=0)).max(), np.abs(uv.max(axis=0) - 1.0).max()) > SQUARE:
+        return ""
+    x, flat = np.asarray(mesh.vertices)[mesh.triangles], uv[mesh.uv_triangles]
+    edges, rest = ((p[:, 1:] - p[:, :1]).transpose(0, 2, 1) for p in (x, flat))
+    whole = np.abs(np.linalg.det(rest)) > 0.0
+    gradients = edges[whole] @ np.linalg.inv(rest[whole])
+    weft, warp = np.median(np.linalg.norm(gradients, axis=1), axis=0)
+    if max(weft, warp, 1.0 / weft, 1.0 / warp) <= AREAS:
+        return ""
+    return (
+        f"its uv fill a square of 1 m, but its mesh starts with a stretch of {weft:.3g} along weft"
+        f' and {warp:.3g} along warp; if uv are texture coordinates, give rest="mesh"'
     )
 
 

@@ -59,6 +59,11 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
         owners.append(owner)
     for a, b in overlapping_pairs(placed):
         one, other = sorted((owners[a], owners[b]))
+        if one == other:
+            found.append(
+                f"{placed[a].name} and {placed[b].name} on {surfaces[one].name} overlap, so their"
+                " polarizations add up there; move or shorten one of them"
+            )
         if one == other or (one, other) in pairs:
             continue
         found.append(

@@ -239,8 +239,10 @@ class Run:
         return np.concatenate([frame.positions, frame.body_vertices]), triangles
 
     def _repr_png_(self) -> bytes | None:
-        return picture_of_frame(self[-1]) if len(self) else None
+        return picture_of_frame(self[-1]) if self._file is not None and len(self) else None
 
     def __repr__(self) -> str:
+        if self._file is None:
+            return f"Run({str(self.directory)!r}: closed)"
         end = f", to {self.times[-1]:g} s" if len(self) else ""
         return f"Run({str(self.directory)!r}: {len(self)} frames{end})"

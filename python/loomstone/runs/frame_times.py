@@ -16,10 +16,13 @@ MOST_FRAMES = 1_000_000
 
 def frame_count(duration: float, rate: float) -> int:
     """Returns the number of frames of a run: one at the start and one every 1/rate."""
+    for name, value in (("duration", duration), ("rate", rate)):
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
+            raise InvalidInput(f"{name} must be a number, got {value!r}")
     if not (np.isfinite(duration) and duration >= 0):
-        raise InvalidInput(f"duration must be >= 0 [s], got {duration}; correct this value")
+        raise InvalidInput(f"duration must be finite and >= 0 [s], got {duration}")
     if not (np.isfinite(rate) and rate > 0):
-        raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+        raise InvalidInput(f"rate must be finite and > 0 [1/s], got {rate}")
     if duration * rate > MOST_FRAMES:
         raise InvalidInput(
             f"a run may have at most {MOST_FRAMES} frames, got duration {duration:g} s at {rate:g}"

@@ -26,6 +26,15 @@ _directory = threading.RLock()
 KNOWN = ("scene", "duration", "rate", "integrator", "render", "control", "check")
 
 
+# Global names without a meaning that stand for options with another place.
+ELSEWHERE = {
+    "step": "integrator = ls.SemiImplicitEuler(step=...)",
+    "camera": "render = ls.RenderOptions(camera=...)",
+    "fps": "rate",
+    "frame_rate": "rate",
+}
+
+
 def execute_module(path: Path, source: str) -> types.ModuleType:
     """Executes a scene file as a module that is registered in sys.modules, and returns it.
 
@@ -96,14 +105,17 @@ def _warn_of_misspelt_globals(path: Path, source: str) -> None:
     for name, line in names.items():
         if name in KNOWN or name in read or name.startswith("_"):
             continue
+        if name in ELSEWHERE:
+            _warn(f"{path.name}, line {line}: {name!r} has no effect; give {ELSEWHERE[name]}")
+            continue
         close = difflib.get_close_matches(name.lower(), absent, 1, 0.75)
         close = close or difflib.get_close_matches(name.lower(), KNOWN, 1, 0.92)
         if close:
-            warnings.warn(
-                f"{path.name}, line {line}: {name!r} has no effect; did you mean {close[0]!r}?",
-                SceneWarning,
-                stacklevel=2,
-            )
+            _warn(f"{path.name}, line {line}: {name!r} has no effect; did you mean {close[0]!r}?")
+
+
+def _warn(sentence: str) -> None:
+    warnings.warn(sentence, SceneWarning, stacklevel=3)
 
 
 def _assigned(tree: ast.Module) -> dict[str, int]:

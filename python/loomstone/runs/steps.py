@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .._core import CacheError, StepReport
 from .tables import read_table, write_table
 
-__all__ = ["StepTable", "names_of_summary", "read_steps", "summary_of_steps"]
+__all__ = ["Columns", "StepTable", "names_of_summary", "read_steps", "summary_of_steps"]
 
 
 class StepTable:
@@ -133,7 +133,15 @@ def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
     }
 
 
-def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+class Columns(dict[str, NDArray[Any]]):
+    """Columns of a table by name. In contrast to that of a dict, the repr is one line."""
+
+    def __repr__(self) -> str:
+        length = len(next(iter(self.values()), ()))
+        return f"<{len(self)} columns of {length} steps: {', '.join(self)}>"
+
+
+def read_steps(directory: str | os.PathLike[str]) -> Columns:
     """Returns the columns of steps.csv by name, with one entry per step.
 
     A column in which all numbers are written as integers is returned as integers.
@@ -146,9 +154,8 @@ def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
     header, rows = read_table(path, "step")
     if not rows:
         raise CacheError(f"{path}: has no steps yet")
-    return {
-        name: _column(texts) for name, texts in zip(header, zip(*rows, strict=True), strict=True)
-    }
+    columns = zip(*rows, strict=True)
+    return Columns({name: _column(texts) for name, texts in zip(header, columns, strict=True)})
 
 
 def _column(texts: tuple[str, ...]) -> NDArray[Any]:

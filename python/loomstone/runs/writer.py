@@ -32,7 +32,7 @@ from .steps import StepTable
 from .stored_scene import STORED_SCENE, write_scene
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
 
-__all__ = ["NoWriter", "Writer", "check_room", "open_writer"]
+__all__ = ["NoWriter", "Writer", "check_room", "open_writer", "visible_names"]
 
 
 class NoWriter:
@@ -244,7 +244,7 @@ def check_room(directory: Path, overwrite: bool) -> None:
             f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another"
             " directory, or overwrite"
         )
-    if others := _files_of_others(directory):
+    if others := visible_names(directory):
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise CacheError(
             f"{directory} must be empty or absent, but contains {others[0]}{more}, which no run has"
@@ -288,7 +288,7 @@ def _store_scene(directory: Path, simulation: Any, metadata: str) -> None:
         ) from error
 
 
-def _files_of_others(directory: Path) -> list[str]:
+def visible_names(directory: Path) -> list[str]:
     """Returns the sorted names of the entries of a directory, except hidden ones."""
     if not directory.is_dir():
         return []

@@ -15,6 +15,7 @@ import numpy as np
 
 from .._core import CacheError, InvalidInput
 from ..runs.scene_file import SceneFile, parse_parameters
+from ..runs.writer import visible_names
 
 __all__ = ["MOST_POINTS", "Point", "claim", "parse_values", "points_of"]
 
@@ -135,20 +136,33 @@ def _directory_name(parameters: dict[str, Any]) -> str:
     return f"{name[:_LONGEST_NAME]}_{digest}"
 
 
-def claim(out: Path, settings: dict[str, Any]) -> None:
-    """Makes the directory of a sweep. Raises CacheError if it has runs with other settings.
+def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
+    """Makes the directory of a sweep.
+
+    Raises CacheError if it has runs with other settings, or files that no sweep has written.
 
     settings : what all runs have in common, as JSON; kept in sweep.json
+    besides : name of a file that may be there before, that of a Dask scheduler
     """
     note, before = out / "sweep.json", settings
+    temporary = note.with_suffix(".new")
     try:
         out.mkdir(parents=True, exist_ok=True)
         if note.exists():
             before = json.loads(note.read_text())
+        elif others := [
+            name for name in visible_names(out) if name not in (temporary.name, besides)
+        ]:
+            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            raise CacheError(
+                f"{out} must be empty or absent, but contains {others[0]}{more}, which no sweep has"
+                " written; give another directory by --out"
+            )
         else:
-            temporary = note.with_suffix(".new")
             temporary.write_text(json.dumps(settings, indent=1) + "\n")
             temporary.replace(note)
+    except CacheError:
+        raise
     except OSError as error:
         raise CacheError(f"{out}: the sweep cannot be written: {error.strerror}") from error
     except ValueError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from .._core import CacheError, Camera, InvalidInput
@@ -32,7 +33,7 @@ def write_html(
     every : only every n-th frame is stored
 
     Raises InvalidInput for another `color_by` or if `every` < 1, CacheError if the run has no
-    frames, and Unsupported if viser is not installed.
+    frames or the page cannot be written, and Unsupported if viser is not installed.
     """
     source = run if isinstance(run, Run) else Run(run)
     if color_by not in FIELDS:
@@ -54,6 +55,11 @@ def write_html(
     finally:
         page.stop()
     unfinished = target.with_name(target.name + ".part")
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(target)
+    try:
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(target)
+    except OSError as error:
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
+        raise CacheError(f"{target}: the page cannot be written: {error.strerror}") from error
     return target

@@ -66,6 +66,30 @@ def test_the_other_spelling_is_refused_with_ours(call, right):
         call()
 
 
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (
+            lambda: ls.sphere(0.1),
+            r"sphere() takes keyword arguments only, as in sphere(radius=...)",
+        ),
+        (lambda: ls.grid((1, 1), 50), "grid() takes keyword arguments only, as in grid(size=...)"),
+        (
+            lambda: ls.Simulation(ls.Scene(), ls.BDF2()),
+            "Simulation() takes no argument without a keyword except scene, got BDF2(); known:",
+        ),
+        (lambda: ls.Simulation(ls.Scene(), thread=1), "Simulation() has no argument 'thread'"),
+        (
+            lambda: ls.obstacles.mesh(ls.grid(cells=(1, 1)), "name"),
+            "mesh() takes no argument without a keyword except mesh, got 'name'",
+        ),
+    ],
+)
+def test_an_argument_that_needs_a_keyword_is_refused_with_one(call, said):
+    with pytest.raises(TypeError, match=re.escape(said)):
+        call()
+
+
 def test_results_are_named_tuples_or_frozen():
     for made in (ls.fabrics.ModeFit, ls.fabrics.measurements.Rest):
         assert dataclasses.is_dataclass(made) and made.__dataclass_params__.frozen

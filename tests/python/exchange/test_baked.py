@@ -375,3 +375,13 @@ def test_what_an_export_writes_is_an_obstacle_of_the_next_run(tmp_path):
     assert again.times == pytest.approx(run.times)
     wanted = run.positions[:].reshape(-1, 3)
     assert again.vertex_positions == pytest.approx(wanted, abs=2.0**-27)  # single precision
+
+
+def test_a_file_that_usd_cannot_open_is_refused_without_the_place_in_its_sources(tmp_path):
+    pytest.importorskip("pxr")
+    (tmp_path / "empty.usdc").touch()
+    (tmp_path / "words.usda").write_text("no layer")
+    for name in ("empty.usdc", "words.usda"):
+        with pytest.raises(ls.CacheError, match="cannot be read as USD: ") as told:
+            ls.meshes.read(tmp_path / name)
+        assert name in str(told.value) and "at line" not in str(told.value), told.value

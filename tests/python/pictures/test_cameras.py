@@ -106,6 +106,17 @@ def test_the_camera_of_the_command_line_is_that_of_the_options(run, tmp_path):
         assert one.read_bytes() == other.read_bytes() == third.read_bytes()
 
 
+def test_the_camera_of_the_command_line_can_look_straight_down(run, tmp_path):
+    code, said = render(run, "--eye", 0, 0, 3, "--target", 0, 0, 0, "--frame", 0, "--out", tmp_path)
+    assert code == 0, said
+    assert (tmp_path / "frame-00000.png").exists()
+
+
+def test_a_target_without_an_eye_is_refused_in_one_sentence(run, tmp_path):
+    code, said = render(run, "--target", 0, 0, 0, "--frame", 0, "--out", tmp_path)
+    assert code == 1 and said.startswith("loomstone: --target needs --eye"), said
+
+
 def test_a_camera_path_is_kept_with_the_pictures(run, tmp_path):
     file = tmp_path / "path.json"
     keys = {"times": [0, 0.16], "eyes": [[1, -2, 1], [-1, -2, 1]], "targets": [[0, 0, 0]] * 2}

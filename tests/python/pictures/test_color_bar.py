@@ -16,6 +16,11 @@ def test_colour_maps_are_those_of_matplotlib(name):
     assert np.abs(color_table(name)[0].astype(int) - theirs).max() <= 1
 
 
+def test_a_map_of_few_colours_is_drawn_in_steps():
+    table, _ = color_table("Set1")
+    assert table.shape == (256, 3) and len(np.unique(table, axis=0)) == 9
+
+
 def test_diverging_maps_are_known_and_an_unknown_map_is_refused():
     assert color_table("diverging")[1] and color_table("RdBu_r")[1]
     assert not color_table("viridis")[1]

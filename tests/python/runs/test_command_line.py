@@ -132,6 +132,7 @@ def test_scenes_are_listed_and_copied(loomstone):
 
 
 def test_a_new_scene_file_runs_and_keeps_its_claims(loomstone):
+    assert "loomstone run 'my scene.py'" in loomstone("new", "my scene.py")[1].out
     assert loomstone("new", "mine.py")[0] == 0
     code, said = loomstone("run", "mine.py", "--out", "out", "-p", "triangles=200", "--quiet")
     assert code == 0 and said.err == ""
@@ -166,6 +167,9 @@ def test_a_shell_completes_commands_and_names(loomstone, monkeypatch):
     assert completed("loomstone re", 1) == ["resume", "render", "replay", "report"]
     assert completed("loomstone run --integrator b", 3) == ["backward-euler", "bdf2"]
     assert completed("loomstone plot --what st", 3) == ["stages", "step", "strain", "stretch"]
+    assert completed("loomstone render --color-by stre", 3) == ["stretch"]
+    assert completed("loomstone render --pass d", 3) == ["depth"]
+    assert completed("loomstone export --to u", 3) == ["usd"]
     assert completed("loomstone scenes dr", 2) == ["dragon", "drape", "dress"]
     assert one_of(["b", "ab", "aa"])("a") == ["aa", "ab"]
 

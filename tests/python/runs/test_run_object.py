@@ -55,3 +55,11 @@ def test_a_run_closes_its_files_at_the_end_of_a_with(run):
     with pytest.raises(ls.CacheError, match="the run is closed; open it again"):
         opened[0]
     opened.close()
+
+
+def test_a_closed_run_has_a_text_and_no_picture(hanging, tmp_path):
+    ls.Simulation(hanging, threads=1).run(out=tmp_path / "run", duration=0.04)
+    with ls.Run(tmp_path / "run") as run:
+        pass
+    assert repr(run) == f"Run({str(tmp_path / 'run')!r}: closed)"
+    assert run._repr_png_() is None

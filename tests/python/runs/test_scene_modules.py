@@ -117,6 +117,8 @@ def scene(): return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))])
     [
         ("durration = 0.5", "line 4: 'durration' has no effect; did you mean 'duration'?"),
         ("durration = 0.5\nduration = 1.0", "'durration' has no effect; did you mean 'duration'?"),
+        ("step = 1e-3", "'step' has no effect; give integrator = ls.SemiImplicitEuler(step=...)"),
+        ("fps = 30", "'fps' has no effect; give rate"),
         ("Duration = 0.5", "'Duration' has no effect; did you mean 'duration'?"),
         ("rates: float = 30", "'rates' has no effect; did you mean 'rate'?"),
         ("def controll(sim): pass", "'controll' has no effect; did you mean 'control'?"),

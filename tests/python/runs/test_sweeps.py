@@ -12,7 +12,7 @@ import time
 
 import pytest
 from loomstone import InvalidInput
-from loomstone.sweeps.plan import parse_values, points_of
+from loomstone.sweeps.plan import claim, parse_values, points_of
 
 SCENE = """
 import os
@@ -140,6 +140,25 @@ def test_a_directory_holds_one_sweep(scene, tmp_path):
     scene.write_text(SCENE + "# changed\n")
     other = sweep(scene, out, "--duration", "0.04")
     assert other.returncode == 1 and "has runs of another scene" in other.stderr
+
+
+def test_a_directory_that_holds_no_sweep_is_not_written_into(scene, tmp_path):
+    out = tmp_path / "thesis"
+    out.mkdir()
+    (out / "chapter.tex").write_text("text")
+    done = sweep(scene, out, "--duration", "0.04")
+    assert done.returncode == 1 and done.stderr == (
+        f"loomstone: {out} must be empty or absent, but contains chapter.tex, which no sweep has"
+        " written; give another directory by --out\n"
+    )
+    assert [path.name for path in out.iterdir()] == ["chapter.tex"]
+    claim(out, {"scene": ""}, besides="chapter.tex")
+
+
+def test_a_duration_that_is_no_whole_number_of_frames_is_told_once(scene, tmp_path):
+    done = sweep(scene, tmp_path / "out", "--duration", "0.06")
+    assert done.returncode == 0
+    assert done.stdout.count("duration 0.06 s is 1.5 frames at 25 frames/s") == 1
 
 
 def test_values_are_lists_ranges_and_literals():

@@ -34,6 +34,13 @@ def with_uv(scale):
     return ls.TriangleMesh(GRID.vertices, GRID.triangles, uv)
 
 
+def strip(weft, warp):
+    """A strip of weft x warp [m] whose uv fill the unit square."""
+    mesh = ls.grid(size=(weft, warp), cells=(4, 4))
+    uv = np.asarray(mesh.vertices)[:, :2] / (weft, warp) + 0.5
+    return ls.TriangleMesh(mesh.vertices, mesh.triangles, uv)
+
+
 def jumping(times, places):
     """A cloth whose first vertex follows a script."""
     start = np.asarray(GRID.vertices)[0]
@@ -89,6 +96,10 @@ MISTAKES = {
     "texture coordinates taken as metres": (
         scene(cloth(mesh=with_uv(5.0))),
         r'cloths\[0\] \("sheet"\): its rest area is 1 m\^2 .* starts with 0.04 m\^2; .*rest="mesh"',
+    ),
+    "texture coordinates of a strip with the area of their square": (
+        scene(cloth(mesh=strip(2.0, 0.5))),
+        r"its uv fill a square of 1 m, .* 2 along weft and 0.5 along warp; .*rest=\"mesh\"",
     ),
     "a density in g/m^2": (
         scene(cloth(material=ls.ClothMaterial(density=150))),
@@ -162,6 +173,10 @@ MISTAKES = {
         two_boxes(0.04, magnets=[magnet("left", 0.02, (0.022, 0, 0)), magnet("right", 0.02)]),
         r'magnets\[0\] on bodies\[0\] \("left"\) and magnets\[1\] on .* overlap at the start',
     ),
+    "magnets that overlap on one body": (
+        two_boxes(0.3, magnets=[magnet("left", 0.01, (x, 0, 0)) for x in (0.0, 0.004)]),
+        r'magnets\[0\] and magnets\[1\] on bodies\[0\] \("left"\) overlap, so their polariz',
+    ),
     "a reversed obstacle around cloth": (
         in_reversed_box(),
         r'obstacles\[0\] \("room"\) is closed but faces inwards .* cloths\[0\] .* starts inside',
@@ -173,6 +188,14 @@ MISTAKES = {
     "a vertex attached to two bodies": (
         attached_to_two(),
         'vertex 3 of "sheet" is attached to "left" and to "right", which joins these bodies',
+    ),
+    "truth values in place of attached vertices": (
+        two_boxes(
+            0.3,
+            cloths=[cloth()],
+            attachments=[ls.Attachment(cloth="sheet", body="left", vertices=[0, 1] + 23 * [0])],
+        ),
+        r"attachments\[0\].vertices have a 0 or 1 for each of 25 vertices; .* numpy.flatnonzero",
     ),
     "pins that jump at the start": (
         scene(jumping([0.0, 1.0], [(0, 0, 0.02), (0, 0, 0.05)])),
@@ -226,9 +249,11 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
         scene(cloth(), obstacles=[ls.sphere(radius=0.1, centre=(0, 0, -0.11))]),
         scene(cloth(mesh=with_uv(5.0), rest="mesh")),
         scene(cloth(mesh=with_uv(0.95))),
+        scene(cloth(mesh=strip(1.1, 0.95))),
         scene(cloth(), obstacles=[ls.floor(size=100.0, height=-1.0)]),
         two_boxes(0.02, obstacles=[ls.floor(height=0.49)]),
         two_boxes(0.3, magnets=[magnet("left", 0.02), magnet("right", 0.02)]),
+        two_boxes(0.3, magnets=[magnet("left", 0.01, (x, 0, 0)) for x in (-0.005, 0.005)]),
         scene(jumping([0.0, 0.1], [(0, 0, 0), (0, 0, 1.0)])),
         scene(jumping([-1.0, 1.0], [(0, 0, -1.0), (0, 0, 1.0)])),
         scene(jumping([0, 30], [(0, 0, 0), (0, 0, 1.0)])),
@@ -243,9 +268,11 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
         "beside a sphere",
         "texture coordinates with rest lengths of the mesh",
         "a cloth that is slightly stretched",
+        "a square of about a metre",
         "a large floor",
         "boxes that touch each other and the floor",
         "magnets that fill their bodies",
+        "magnets that touch on one body",
         "a fast pin",
         "a script that begins earlier",
         "a slow script of two whole seconds",
@@ -259,6 +286,10 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
 )
 def test_a_plausible_scene_causes_no_warning(described):
     assert told(described) == []
+
+
+def test_a_mesh_in_millimetres_causes_one_warning():
+    assert len(told(scene(cloth(mesh=GRID.moved(scale=1000))))) == 1
 
 
 def test_asynchronous_steps_need_no_distance_at_the_start():

@@ -218,3 +218,11 @@ def test_a_simulation_takes_quantities(hanging):
 def test_the_registry_is_built_where_it_is_used():
     code = "import sys, loomstone; assert 'pint' not in sys.modules; loomstone.units; import pint"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_text_in_place_of_a_duration_is_refused_in_one_sentence(tmp_path):
+    sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))]))
+    with pytest.raises(ls.InvalidInput, match="duration must be a number, got '1'"):
+        sim.run(out=tmp_path / "run", duration="1")
+    with pytest.raises(ls.InvalidInput, match="rate must be a number, got None"):
+        next(sim.frames(duration=0.04, rate=None))
