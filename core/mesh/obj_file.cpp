@@ -144,6 +144,7 @@ class ObjParser {
 }  // namespace
 
 RawMesh parse_obj(std::string_view content, const std::string& name, bool with_uv) {
+  if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);  // byte-order mark
   return ObjParser(content, name, with_uv).parse();
 }
 

@@ -191,8 +191,10 @@ def sixty_seconds(name: str, duration: float) -> str:
         f"memory {memory[0]:.1f} and {memory[2]:.1f} MB, a step takes {1e3 * seconds[0]:.2f} and"
         f" {1e3 * seconds[2]:.2f} ms, in the first and the last third"
     )
-    # The last third is compared with the second, because cloth has fewer contacts in the first.
-    assert memory[2] < memory[1] + 5.0 and seconds[2] < 1.5 * seconds[1] + 1e-3, told
+    # The last third is compared with the second, because cloth has fewer contacts in the first. In
+    # shorter runs, cloth still falls in the last third.
+    flat = memory[2] < memory[1] + 5.0 and seconds[2] < 1.5 * seconds[1] + 1e-3
+    assert flat or duration < 60.0, told
     return told
 
 

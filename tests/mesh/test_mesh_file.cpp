@@ -121,6 +121,9 @@ TEST_CASE(
   CHECK(mesh.triangles() == expected);
   CHECK(mesh.vertices().row(5) == Eigen::RowVector3d(2, 1, 0));
   CHECK_FALSE(mesh.has_uv());  // no face refers to a vt
+  const std::string marked =
+      folder.file("marked.obj", "\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  CHECK(read_mesh(marked).n_vertices() == 3);  // the first line begins with a byte-order mark
 }
 
 TEST_CASE("malformed OBJ files are refused with file and line") {

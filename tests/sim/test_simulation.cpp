@@ -375,6 +375,9 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   scene = drape(8);
   scene.attachments.push_back({"cloth", "none", {0}});
   refused(scene, "attachments[0].body");
+  scene = weight_on_strip();
+  scene.attachments[0].vertices = {0, 1, 1};
+  refused(scene, "attachments[0].vertices must name each vertex once, got 1 twice");
   scene = drape(8);
   scene.obstacles[0].times = {0.0, 1.0};
   refused(scene, "nothing moves");

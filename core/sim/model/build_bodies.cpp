@@ -33,10 +33,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
     const std::size_t c = find_by_name(scene.cloths, attachment.cloth, where + ".cloth");
     const int body = static_cast<int>(find_by_name(scene.bodies, attachment.body, where + ".body"));
     const Index first = first_vertex_of(scene, c);
+    check_vertices(where + ".vertices", attachment.vertices, scene.cloths[c].mesh->n_vertices());
     for (const Index vertex : attachment.vertices) {
-      if (vertex < 0 || vertex >= scene.cloths[c].mesh->n_vertices())
-        fail<InvalidInput>("{}.vertices must be vertices of the cloth, in [0, {}], got {}", where,
-                           scene.cloths[c].mesh->n_vertices() - 1, vertex);
       const Index row = model.row_of_vertex[first + vertex];
       if (model.cloth.prescribed[row])
         fail<InvalidInput>("{}.vertices: vertex {} is pinned; unpin it or do not attach it", where,

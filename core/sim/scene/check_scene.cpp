@@ -46,22 +46,6 @@ void check_finite(const std::string& where, const Points& points) {
             where, i, points(i, 0), points(i, 1), points(i, 2));
 }
 
-void check_vertices(const std::string& where, const std::vector<Index>& vertices, Index n) {
-  const bool mask =
-      static_cast<Index>(vertices.size()) == n &&
-      std::all_of(vertices.begin(), vertices.end(), [](Index v) { return v == 0 || v == 1; });
-  require(!mask,
-          "{} must be vertex indices, got a truth value for each of {} vertices; give "
-          "numpy.flatnonzero of it",
-          where, n);
-  std::set<Index> seen;
-  for (const Index v : vertices) {
-    require(v >= 0 && v < n, "{} must be vertex indices in [0, {}], got {}", where, n - 1, v);
-    require(seen.insert(v).second, "{} must name each vertex once, got {} twice; remove one", where,
-            v);
-  }
-}
-
 // Checks the look of an obstacle or body. Its mesh, unlike that of cloth, may have no uv.
 void check_body_look(const std::optional<Look>& look,
                      const std::shared_ptr<const TriangleMesh>& mesh, const std::string& where) {
@@ -144,6 +128,22 @@ void check_carriers(const char* what, const List& list, const Names& wrong, cons
 }
 
 }  // namespace
+
+void check_vertices(const std::string& where, const std::vector<Index>& vertices, Index n) {
+  const bool mask =
+      static_cast<Index>(vertices.size()) == n &&
+      std::all_of(vertices.begin(), vertices.end(), [](Index v) { return v == 0 || v == 1; });
+  require(!mask,
+          "{} must be vertex indices, got a truth value for each of {} vertices; give "
+          "numpy.flatnonzero of it",
+          where, n);
+  std::set<Index> seen;
+  for (const Index v : vertices) {
+    require(v >= 0 && v < n, "{} must be vertex indices in [0, {}], got {}", where, n - 1, v);
+    require(seen.insert(v).second, "{} must name each vertex once, got {} twice; remove one", where,
+            v);
+  }
+}
 
 void check_scene(const Scene& scene) {
   check_fields(scene, "scene");

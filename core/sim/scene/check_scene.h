@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/sim/scene/scene.h"
 
@@ -9,6 +10,10 @@ namespace loomstone {
 
 // Checks the numbers, names and array sizes of a scene. Throws InvalidInput.
 void check_scene(const Scene& scene);
+
+// Throws InvalidInput, which names the list `where`, unless `vertices` are distinct indices in
+// [0, n).
+void check_vertices(const std::string& where, const std::vector<Index>& vertices, Index n);
 
 // Returns the name of a surface in reports and files. It is `given` or, if that is empty, the kind
 // and index, such as "cloth0". While another surface has this name, the index is increased by

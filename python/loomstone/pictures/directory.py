@@ -84,9 +84,9 @@ def claim(
     }
     note, there = note_of(directory), pictures_in(directory)
     same = all(note.get(name) == value for name, value in wanted.items())
-    if not again and not same and (note or there):
+    if not again and not same and (note or there or (directory / "video.mp4").exists()):
         if not note:
-            found = "pictures but no options.json"
+            found = f"{'pictures' if there else 'video.mp4'} but no options.json"
         elif note.get("run") != wanted["run"]:
             found = "pictures of another run"
         else:

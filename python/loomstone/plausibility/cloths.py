@@ -67,23 +67,14 @@ def of_cloths(cloths: list[Cloth]) -> list[str]:
 
 
 def of_attachments(scene: Scene) -> list[str]:
-    """Returns one sentence for each list of truth values in place of vertices, and one for each
-    cloth with a vertex that is attached to several bodies.
-    """
-    sizes = {cloth.name: cloth.mesh.n_vertices for cloth in scene.cloths}
-    found = [
-        f"attachments[{i}].vertices have a 0 or 1 for each of {len(attachment.vertices)} vertices;"
-        " if these are truth values, give numpy.flatnonzero of them"
-        for i, attachment in enumerate(scene.attachments)
-        if len(attachment.vertices) == sizes.get(attachment.cloth)
-        and set(attachment.vertices) <= {0, 1}
-    ]
+    """Returns one sentence for each cloth with a vertex that is attached to several bodies."""
     bodies: dict[tuple[str, int], list[str]] = {}
     for attachment in scene.attachments:
         for vertex in attachment.vertices:
             known = bodies.setdefault((attachment.cloth, vertex), [])
             if attachment.body not in known:
                 known.append(attachment.body)
+    found = []
     for cloth in dict.fromkeys(name for name, _ in bodies):
         twice = [v for (name, v), known in bodies.items() if name == cloth and len(known) > 1]
         if not twice:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -236,7 +237,12 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 
 
 def check_room(directory: Path, overwrite: bool) -> None:
-    """Raises CacheError if a new run may not be written into a directory."""
+    """Raises CacheError if a new run may not or cannot be written into a directory."""
+    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    if not os.access(there, os.W_OK):
+        raise CacheError(
+            f"{directory} must be a directory that can be written, but {there} cannot; give another"
+        )
     if overwrite:
         return
     if (directory / "run.vtkhdf").exists():

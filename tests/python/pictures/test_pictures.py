@@ -156,6 +156,13 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     assert len(pictures(copied / "frames")) == 7 and shapes == {(54, 64, 3)}
 
 
+def test_a_video_of_unknown_origin_is_not_replaced(copied, tmp_path):
+    (tmp_path / "video.mp4").write_bytes(b"a film")
+    code, said = render(copied, "--width", 64, "--out", tmp_path)
+    assert code == 1 and "video.mp4 but no options.json" in said
+    assert (tmp_path / "video.mp4").read_bytes() == b"a film"
+
+
 def test_pictures_of_unknown_origin_are_not_touched(copied):
     (copied / "frames" / "options.json").write_text("{")
     code, said = render(copied)

@@ -189,14 +189,6 @@ MISTAKES = {
         attached_to_two(),
         'vertex 3 of "sheet" is attached to "left" and to "right", which joins these bodies',
     ),
-    "truth values in place of attached vertices": (
-        two_boxes(
-            0.3,
-            cloths=[cloth()],
-            attachments=[ls.Attachment(cloth="sheet", body="left", vertices=[0, 1] + 23 * [0])],
-        ),
-        r"attachments\[0\].vertices have a 0 or 1 for each of 25 vertices; .* numpy.flatnonzero",
-    ),
     "pins that jump at the start": (
         scene(jumping([0.0, 1.0], [(0, 0, 0.02), (0, 0, 0.05)])),
         r"vertex 0 jumps by 20 mm in the first step",
