@@ -9,7 +9,6 @@
 #include <queue>
 #include <utility>
 
-#include "core/parallel/pool_message.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {

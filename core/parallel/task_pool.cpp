@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "core/parallel/patience.h"
-#include "core/parallel/pool_message.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {

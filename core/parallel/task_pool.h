@@ -18,6 +18,10 @@
 
 namespace loomstone {
 
+// Kinds of messages between the ranks of a pool. Request: asks for a task. Refusal and Task: its
+// answers. Wave, Counts and End: detection of termination (termination.h).
+enum class PoolMessage : std::int32_t { Request, Refusal, Task, Wave, Counts, End };
+
 struct NodeTest {
   Index hierarchy_a, hierarchy_b, node_a, node_b;
 };

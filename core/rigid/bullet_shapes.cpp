@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-void attach_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& shapes) {
-  shapes.polyhedra.push_back(std::make_unique<Polyhedron>(std::move(polyhedron)));
+void attach_polyhedron(btCollisionShape& shape, ConvexPolyhedron polyhedron, Shapes& shapes) {
+  shapes.polyhedra.push_back(std::make_unique<ConvexPolyhedron>(std::move(polyhedron)));
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
@@ -34,7 +34,7 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   // proportional to the square of the number of faces.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
-    const std::vector<Vec3> corners = Polyhedron(vertices, faces).corners();
+    const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();
     if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices)
       return add_hull(corners, where, shapes);
   }
@@ -46,7 +46,7 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   shape->recalcLocalAabb();
   if (polyhedron) {
     shape->initializePolyhedralFeatures();
-    attach_polyhedron(*shape, Polyhedron(vertices, faces), shapes);
+    attach_polyhedron(*shape, ConvexPolyhedron(vertices, faces), shapes);
   }
   shapes.all.push_back(std::move(shape));
 }

@@ -7,16 +7,16 @@
 
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/bullet.h"
-#include "core/rigid/polyhedron.h"
+#include "core/rigid/convex_polyhedron.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {
 
-// The shapes of a body. The user pointer (getUserPointer) of a shape refers to its Polyhedron if
-// the shape is a polyhedron with few vertices.
+// The shapes of a body. The user pointer (getUserPointer) of a shape refers to its ConvexPolyhedron
+// if the shape is a polyhedron with few vertices.
 struct Shapes {
   std::vector<std::unique_ptr<btCollisionShape>> all;  // last: shape of the whole body
-  std::vector<std::unique_ptr<Polyhedron>> polyhedra;
+  std::vector<std::unique_ptr<ConvexPolyhedron>> polyhedra;
 
   btCollisionShape& whole() const { return *all.back(); }
 };

@@ -21,10 +21,10 @@ bool is_triangle(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;
 }
 
-const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
+const ConvexPolyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
   return is_triangle(object)
              ? nullptr
-             : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
+             : static_cast<const ConvexPolyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
 // Collects the triangles of a mesh whose bounding boxes intersect a given box, and transforms them

@@ -12,8 +12,8 @@ namespace loomstone {
 // larger than the hull, that search sometimes returns a depth as large as the hull, in an arbitrary
 // direction. With Bullet's algorithm, hulls also get caught at internal edges of a flat surface.
 // This algorithm creates up to four contact points in each plane, and up to four planes per pair of
-// a hull and a mesh, or one if the obstacle is a single triangle. Hulls without a Polyhedron use
-// Bullet's algorithm.
+// a hull and a mesh, or one if the obstacle is a single triangle. Hulls without a ConvexPolyhedron
+// use Bullet's algorithm.
 class HullAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.
@@ -23,7 +23,7 @@ class HullAlgorithms {
 
  private:
   struct Create : btCollisionAlgorithmCreateFunc {
-    // Creates Bullet's algorithm, for hulls without a Polyhedron.
+    // Creates Bullet's algorithm, for hulls without a ConvexPolyhedron.
     btCollisionAlgorithmCreateFunc* others = nullptr;
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* first,

@@ -95,7 +95,7 @@ bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& tri
 
 bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal, double near,
                                     Axis& best, Axis& met) const {
-  const Polyhedron& hull = *hull_;
+  const ConvexPolyhedron& hull = *hull_;
   best = {normal, normal.dot(hull.points[0] - triangle[0]), -1, -1, true, triangle[0]};
   for (const Vec3& point : hull.points)
     best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
@@ -113,7 +113,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
     if (better(axis.gap, best)) best = axis;
   };
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
-    const Polyhedron::Face& face = hull.faces[f];
+    const ConvexPolyhedron::Face& face = hull.faces[f];
     int lowest = 0;
     for (int k = 1; k < 3; ++k)
       if (face.normal.dot(triangle[k] - triangle[lowest]) < 0.0) lowest = k;
@@ -189,9 +189,9 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
 // Adds contacts at those corners of the result whose gap is at most `near`.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near) {
-  const Polyhedron::Face& below = hull_->faces[face];
+  const ConvexPolyhedron::Face& below = hull_->faces[face];
   polygon_.assign(triangle.begin(), triangle.end());
-  for (const Polyhedron::Face& other : hull_->faces) {
+  for (const ConvexPolyhedron::Face& other : hull_->faces) {
     if (other.normal.dot(below.normal) > turned_to) continue;
     clipped_.clear();
     for (std::size_t k = 0; k < polygon_.size(); ++k) {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "core/rigid/polyhedron.h"
+#include "core/rigid/convex_polyhedron.h"
 
 namespace loomstone {
 
@@ -29,7 +29,7 @@ class HullOnTriangles {
   using Contacts = std::vector<HullContact>;
 
   struct Query {
-    const Polyhedron& hull;
+    const ConvexPolyhedron& hull;
     const std::vector<Corners>& triangles;
     std::size_t n_met;  // the first n_met triangles can have contacts; others are only neighbours
     double near;        // largest gap of a contact [m]
@@ -73,7 +73,7 @@ class HullOnTriangles {
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
   void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near);
 
-  const Polyhedron* hull_ = nullptr;
+  const ConvexPolyhedron* hull_ = nullptr;
   const std::vector<Corners>* triangles_ = nullptr;
   Contacts contacts_;
   std::vector<Vec3> polygon_, clipped_;

@@ -24,7 +24,7 @@ import loomstone as ls
 import numpy as np
 from smoke import SCENES, missing, package, parsed
 
-INSIDE = Path(__file__).with_name("inside_blender.py")
+INSIDE = Path(__file__).parent / "inside_blender" / "run.py"
 SUFFIXES = {"usd": "run.usdc", "gltf": "run.glb", "alembic": "run.abc", "pc2": "pc2", "mdd": "mdd"}
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from smoke import missing, package, parsed
 
-INSIDE = Path(__file__).with_name("inside_blender_character.py")
+INSIDE = Path(__file__).parent / "inside_blender" / "character.py"
 
 
 def largest_distance(obstacle: ls.Obstacle, wanted: np.ndarray) -> float:

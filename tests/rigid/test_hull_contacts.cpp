@@ -15,7 +15,7 @@ using namespace loomstone;
 namespace {
 
 // Returns the contacts of a hull at a pose, in world axes.
-std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron& hull,
+std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const ConvexPolyhedron& hull,
                                      const Vec3& at, const Mat3& turned, double near) {
   std::vector<std::array<Vec3, 3>> triangles;
   for (const auto& t : mesh.triangles().rowwise()) {
@@ -44,7 +44,7 @@ Vec4 random_turn(std::mt19937& random) {
 }  // namespace
 
 TEST_CASE("a box stands on a plane of triangles by its four corners, wherever their edges run") {
-  const Polyhedron hull = box_polyhedron(Vec3(0.03, 0.02, 0.01));
+  const ConvexPolyhedron hull = box_polyhedron(Vec3(0.03, 0.02, 0.01));
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(-0.2, 0.2);
   for (const Index cells : {1, 37, 80})
@@ -69,7 +69,7 @@ TEST_CASE("a box stands on a plane of triangles by its four corners, wherever th
 
 TEST_CASE(
     "a corner meets a face, a face a corner, an edge an edge, each once and in the right plane") {
-  const Polyhedron cube = box_polyhedron(Vec3(0.01, 0.01, 0.01));
+  const ConvexPolyhedron cube = box_polyhedron(Vec3(0.01, 0.01, 0.01));
   const double half_diagonal = 0.01 * std::sqrt(3.0);
   const Mat3 on_tip =
       Eigen::Quaterniond::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ()).toRotationMatrix();

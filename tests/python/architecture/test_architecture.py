@@ -128,6 +128,23 @@ def test_an_external_library_is_included_only_by_its_files(header: str) -> None:
             assert re.search(DOORS[header], name(path)), f"{name(path)} opens {header}"
 
 
+def test_types_of_headers_have_different_names() -> None:
+    # Otherwise a program with both could use the destructor of one for the other.
+    declared = (
+        r"^(?:struct|class|enum class) (?:alignas\([^)]*\) )?(\w+)(?: final)?(?: :[^{;]*)? \{"
+    )
+    found: dict[tuple[str, str], list[str]] = {}
+    for path in sources("core", "renderer", "bindings"):
+        if path.suffix != ".h":
+            continue
+        text = path.read_text()
+        for match in re.finditer(declared, text, re.MULTILINE):
+            space = re.findall(r"^namespace ([\w:]+) \{", text[: match.start()], re.MULTILINE)[-1:]
+            found.setdefault((*space, match[1]), []).append(name(path))
+    assert len(found) > 300
+    assert not {key: paths for key, paths in found.items() if len(paths) > 1}
+
+
 def code() -> list[Path]:
     python = [p for root in ("python", "scenes", "tests") for p in (ROOT / root).rglob("*.py")]
     scripts = [p for p in (ROOT / "scripts").iterdir() if p.is_file()]

@@ -9,18 +9,17 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 BENCHMARKS = ROOT / "tests" / "benchmarks"
-# These modules are not run on their own. Programs and tests import them, or Blender runs them.
+# Modules that programs and tests import. They are not run on their own.
 MODULES = (
     "smoke.py",
     "extreme_scenes.py",
     "fault_trials.py",
     "fault_scenes.py",
-    "inside_blender.py",
-    "inside_blender_character.py",
 )
-HELPERS = BENCHMARKS / "peer_helpers"  # modules for the scripts of other programs
+# Folders of modules for the scripts of other programs, and of programs that Blender runs.
+HELPERS = (BENCHMARKS / "peer_helpers", BENCHMARKS / "inside_blender")
 PROGRAMS = sorted(
-    p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES and p.parent != HELPERS
+    p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES and p.parent not in HELPERS
 )
 BUILT = [
     f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))

@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-struct Polyhedron {
+struct ConvexPolyhedron {
   struct Face {
     Vec3 normal;    // outward, unit length
     double offset;  // normal . x for points x of the face plane [m]
@@ -23,12 +23,12 @@ struct Polyhedron {
   Vec3 centre;              // mean of the points
 
   // `loops` lists the corners of each face in cyclic order.
-  Polyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
+  ConvexPolyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
   // Returns the points that are true corners. Points inside a face or an edge, which rounding can
   // leave in a hull, are excluded.
   std::vector<Vec3> corners() const;
 };
 // A box with half edge lengths `half`, centred at the origin.
-Polyhedron box_polyhedron(const Vec3& half);
+ConvexPolyhedron box_polyhedron(const Vec3& half);
 
 }  // namespace loomstone

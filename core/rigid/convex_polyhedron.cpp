@@ -1,4 +1,4 @@
-#include "core/rigid/polyhedron.h"
+#include "core/rigid/convex_polyhedron.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,8 @@ double size_of(const std::vector<Vec3>& points, const Vec3& centre) {
 
 }  // namespace
 
-Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::vector<int>>& loops)
+ConvexPolyhedron::ConvexPolyhedron(const std::vector<Vec3>& given,
+                                   const std::vector<std::vector<int>>& loops)
     : points(given), centre(Vec3::Zero()) {
   for (const Vec3& point : points) centre += point / static_cast<double>(points.size());
   const double size = size_of(points, centre);
@@ -66,7 +67,7 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
   }
 }
 
-std::vector<Vec3> Polyhedron::corners() const {
+std::vector<Vec3> ConvexPolyhedron::corners() const {
   const double close = same_plane * size_of(points, centre);
   std::vector<Vec3> result;
   std::copy_if(points.begin(), points.end(), std::back_inserter(result), [&](const Vec3& point) {
@@ -78,7 +79,7 @@ std::vector<Vec3> Polyhedron::corners() const {
   return result;
 }
 
-Polyhedron box_polyhedron(const Vec3& half) {
+ConvexPolyhedron box_polyhedron(const Vec3& half) {
   std::vector<Vec3> points;
   for (int k = 0; k < 8; ++k)
     points.push_back(half.cwiseProduct(Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
