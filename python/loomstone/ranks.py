@@ -23,6 +23,7 @@ from ._core import (
     mpi_communicator,
     single_communicator,
 )
+from .base.claims import broken_claim
 
 __all__ = ["Communicator", "launched_by_mpi", "mpi_communicator", "single_communicator"]
 
@@ -122,6 +123,8 @@ def end_all_on_failure(ranks: Communicator) -> None:
 def _described(failure: Exception | None) -> tuple[int, str]:
     if failure is None:
         return 0, ""
+    if isinstance(failure, AssertionError):
+        return 1, broken_claim(failure)
     for kind, known in reversed(list(enumerate(_KINDS))):
         if known and isinstance(failure, known):
             return kind, str(failure)

@@ -14,6 +14,7 @@ import typer
 from .. import _core
 from .._core import Communicator, Error
 from ..base.cautions import SceneWarning
+from ..base.claims import broken_claim
 from ..ranks import launched_rank, share_failure
 
 __all__ = ["app", "main", "report", "session"]
@@ -86,11 +87,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
         with _warnings_in_one_line():
             yield communicator
     except (Error, OSError, AssertionError) as error:
-        failure = (
-            Error(f"a claim does not hold: {_claim(error)}")
-            if isinstance(error, AssertionError)
-            else error
-        )
+        failure = Error(broken_claim(error)) if isinstance(error, AssertionError) else error
         share_failure(communicator, failure)
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(1) from None
@@ -114,15 +111,6 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, Error) or not isinstance(error, OSError) or not error.strerror:
         return str(error)
     return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-
-
-def _claim(error: AssertionError) -> str:
-    """Returns the message of a failed assertion or, if it has none, its file, line and source."""
-    message = " ".join(str(error).split())
-    frames = traceback.extract_tb(error.__traceback__)
-    if message or not frames:
-        return message
-    return f"{frames[-1].filename}, line {frames[-1].lineno}: {frames[-1].line}"
 
 
 @contextmanager
