@@ -31,7 +31,7 @@ void include(const Vec3& point, Framing& framing) {
   framing.points.push_back(point);
 }
 
-// Includes the cloth and the visible bodies that are not floors in `framing`. Returns the height of
+// Extends `framing` to the cloth and to the visible bodies that are not floors. Returns the height of
 // the highest floor, or minus infinity if there is no floor.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)

@@ -1,4 +1,4 @@
-"""Field lines of moving bodies: a horseshoe magnet attracts a bar magnet (figure 6.13 of
+"""Field lines of two magnets: a horseshoe attracts a moving bar (figure 6.13 of
 [Thomaszewski2010], in motion).
 
 Lines run from red north poles to blue south poles, and each carries the same share of the flux.

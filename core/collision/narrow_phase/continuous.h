@@ -32,8 +32,8 @@ struct Impact {
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 
-// Like continuous_vertex_face() and continuous_edge_edge(). The floor is gap_floor() of the start
-// distance and `largest_gap_floor` [m].
+// Like continuous_vertex_face() and continuous_edge_edge(), but the floor is gap_floor() of the
+// start distance and `largest_gap_floor` [m].
 Impact continuous_vertex_face_above_gap(const MovingPoints& points, double largest_gap_floor);
 Impact continuous_edge_edge_above_gap(const MovingPoints& points, double largest_gap_floor);
 

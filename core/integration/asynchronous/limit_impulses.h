@@ -1,7 +1,7 @@
 // Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). At an event of a triangle, the
 // velocities of its corners are changed to bring its strain at its next event within bounds. If its
-// present strain exceeds bounds of its own, which are wider by default, positions are changed as
-// well. There is one correction per event, without iterations. If no corner is prescribed,
+// present strain exceeds a second set of bounds, which are wider by default, positions are changed
+// as well. There is one correction per event, without iterations. If no corner is prescribed,
 // corrections conserve linear momentum. They do not conserve energy.
 #pragma once
 

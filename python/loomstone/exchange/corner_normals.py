@@ -36,7 +36,7 @@ def _pairs_around_vertices(triangles: Indices) -> tuple[Indices, Indices]:
     vertex = triangles.reshape(-1)
     order = np.argsort(vertex, kind="stable")
     _, first, count = np.unique(vertex[order], return_index=True, return_counts=True)
-    own = np.repeat(count, count)  # for each corner in order, the number of corners of its vertex
+    own = np.repeat(count, count)  # for each corner in `order`, the number of corners of its vertex
     start = np.repeat(first, count)
     corners = np.repeat(order, own)
     within = np.arange(len(corners)) - np.repeat(np.cumsum(own) - own, own)

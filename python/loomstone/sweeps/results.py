@@ -124,7 +124,7 @@ def _draw(
     series: dict[str, list[tuple[float, float]]] = {}
     for row in rows:
         label = ", ".join(f"{other}={row[other]}" for other in others)
-        if _number(row.get(name)):  # reports of older versions lack figures
+        if _number(row.get(name)):  # reports of older versions may lack it
             series.setdefault(label, []).append((row[across], row[name]))
     for label, found in series.items():
         x, y = zip(*sorted(found), strict=True)

@@ -146,10 +146,10 @@ def test_vtk_sees_times_topology_and_constant_fields(run: pathlib.Path) -> None:
         assert np.array_equal(vtk_to_numpy(mesh.GetCellData().GetArray("cloth")), cloth)
         vertex = vtk_to_numpy(mesh.GetPointData().GetArray("vertex"))
         assert np.array_equal(vertex[:N_VERTICES], np.arange(N_VERTICES))
-        # Cosine and sine of libm and numpy may differ in the last bit.
         shift = np.arange(N_TRIANGLES) >= 0.75 * N_TRIANGLES
         uv = 0.1 * np.stack([np.sin(vertex[corners]), np.cos(vertex[corners])], axis=-1)
         uv[..., 0] += shift[:, None]
+        # Cosine and sine of libm and numpy may differ in the last bit.
         np.testing.assert_allclose(
             vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv.reshape(-1, 6), rtol=0, atol=1e-15
         )
