@@ -31,8 +31,8 @@ void include(const Vec3& point, Framing& framing) {
   framing.points.push_back(point);
 }
 
-// Extends `framing` to the cloth and to the visible bodies that are not floors. Returns the height of
-// the highest floor, or minus infinity if there is no floor.
+// Extends `framing` to the cloth and to the visible bodies that are not floors. Returns the height
+// of the highest floor, or minus infinity if there is no floor.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex), framing);

@@ -19,7 +19,7 @@ bool is_ascii(const std::vector<std::string>& texts) {
 }
 
 std::size_t longest(const std::vector<std::string>& texts) {
-  std::size_t length = 1;  // HDF5 has no strings of length 0
+  std::size_t length = 1;  // HDF5 has no fixed-length strings of length 0
   for (const std::string& text : texts) length = std::max(length, text.size());
   return length;
 }

@@ -22,7 +22,7 @@
 
 namespace loomstone {
 
-// Evaluates the terms of a step after the rows have moved by `displacement` (rows x 3) [m] in
+// Evaluates the terms of a step after the rows have moved by `displacement` (rows x 3) [m, rad] in
 // `time` [s]. On entry, `terms` are those of the start of the step. Sets their gradient and
 // Hessian in the way that `request` selects, and returns their energy [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
@@ -118,7 +118,7 @@ class Integrator {
   // True if the scheme needs the extra terms of all rows on every rank. Otherwise a rank may omit
   // terms that act on no row of this rank.
   virtual bool needs_all_terms() const { return true; }
-  // True if the scheme moves rigid bodies together with the cloth.
+  // True if the scheme itself moves rigid bodies within the step (see BodiesOfStep).
   virtual bool moves_bodies() const { return false; }
   // True if the scheme evaluates energies, as Newton schemes do.
   virtual bool asks_energy() const { return false; }

@@ -43,7 +43,7 @@ struct ExtraTerm {
   Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion) [m/s]
 
   // Returns the relative displacement s [m] at `time` [s] after the start of the step, for the
-  // given displacement of the rows (rows x 3) [m].
+  // given displacement of the rows (rows x 3) [m, rad].
   Vec3 relative_displacement(const Points& displacement, double time) const {
     Vec3 d = -time * drift;
     for (int e = 0; e < n_entries; ++e)

@@ -12,7 +12,7 @@ namespace {
 // Growth factor of the total box area above which new clusters are formed. Does not affect which
 // pairs are found.
 constexpr double decay_limit = 1.5;
-constexpr Index refit_grain = 128;  // groups that one task refits
+constexpr Index refit_grain = 128;  // number of groups in a range of a parallel loop
 
 // Transposes an 8 x 8 block in place.
 template <class Floats>

@@ -78,7 +78,8 @@ class SharedSearch {
   // Sets how the threads of a rank divide a static search. Loops are the default, because they were
   // faster on two threads (docs/experiments/collisions.md).
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
-  const PoolReport& report() const { return report_; }  // report on the last search of this rank
+  // Report on the last search of this rank; empty if it did not use the pool.
+  const PoolReport& report() const { return report_; }
   // Time of the last search on this rank, from the end of the update of boxes to the end of
   // gather() [s].
   double seconds() const { return seconds_; }

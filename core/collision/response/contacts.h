@@ -42,12 +42,15 @@ ContactSet find_contacts(const Team& team, const ContactSearch& search, const Po
 ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, const Points& x,
                                BroadPhase& broad_phase);
 
-// Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting. A vertex above
-// the common edge of two faces has a contact with each face. These contacts divide the force
-// according to the similarity of their normals and forces. Shares of edge contacts fade to 0 where
-// the closest point approaches an end or the edges become parallel, because vertex contacts take
-// over there. Shares are constant within a step. Energies and derivatives are those of the force
-// law, scaled by the shares.
+// Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting. If the closest
+// point of a vertex on a face lies on an edge or corner that also belongs to a nearer face in
+// contact with this vertex, the contact has the share 0. Of two equally near faces, the one with
+// the smaller id counts as nearer. The remaining contacts of a vertex with faces of one surface
+// divide the force. One with normal n and force F has the share 1 / (1 + sum of max(0, n.n')^2
+// min(1, F'/F)) over the others, with normals n' and forces F'. Shares of edge contacts fade to 0
+// where the closest point approaches an end or the edges become parallel, because vertex contacts
+// take over there. Shares are constant within a step. Energies and derivatives are those of the
+// force law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

@@ -60,7 +60,8 @@ class ContactSelection {
 
   // Returns the kept contacts. They are in order if the contacts of each rank are sorted.
   std::vector<FoundContact> kept(const CollisionModel& model, const Gathered<FoundContact>& found);
-  // Returns the totals of all contacts.
+  // Returns the totals of `found`, the contacts of all ranks. In their number, all contacts of a
+  // vertex with one smooth surface count once.
   ContactTotals totals(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        const std::vector<FoundContact>& found) const;
   IndexRange rows() const { return rows_; }

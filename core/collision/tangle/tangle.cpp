@@ -43,14 +43,14 @@ bool attached(const CollisionModel& model, const Piercing& p) {
 // Returns whether the edge passes through the triangle. The test is exact, and ties are broken
 // consistently: an edge through the common side of two triangles pierces only one of them, unless
 // the triangles overlap as seen along the edge. An end point in the plane of the triangle counts as
-// above the plane.
+// below the plane.
 bool pierces(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]);
   const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};
-  const auto above = [&](const Vec3& end) {
+  const auto below = [&](const Vec3& end) {
     return orientation(corner[0], corner[1], corner[2], end) >= 0;
   };
-  if (above(p) == above(q)) return false;
+  if (below(p) == below(q)) return false;
   int on_left = 0;
   for (int k = 0; k < 3; ++k) {
     const int l = (k + 1) % 3, side = orientation(p, q, corner[k], corner[l]);

@@ -209,17 +209,19 @@ int TangleFinder::smallest_part(std::span<Piercing* const> contour, const Cut& c
 // so the cut continues to the border of the surface.
 void TangleFinder::split_by_side(const Points& x, std::span<Piercing* const> contour,
                                  const std::vector<double>& area, Cut& cut) const {
-  std::vector<int> side(model_.n_vertices, -1);  // 0: below the pierced surface, 1: above
+  // 0: on the side to which the normal of the pierced triangle points; 1: on the other side; -1:
+  // not reached.
+  std::vector<int> side(model_.n_vertices, -1);
   std::vector<Index> reached;
   for (const Piercing* const p : contour) {
     if (!cut.through[p->edge]) continue;
-    const bool first_is_above =
+    const bool first_is_below =
         orientation(point(x, p->vertices[2]), point(x, p->vertices[3]), point(x, p->vertices[4]),
                     point(x, p->vertices[0])) >= 0;
     for (int k = 0; k < 2; ++k) {
       const Index v = p->vertices[k];
       if (side[v] >= 0) continue;
-      side[v] = first_is_above == (k == 0);
+      side[v] = first_is_below == (k == 0);
       reached.push_back(v);
     }
   }

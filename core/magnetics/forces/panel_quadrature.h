@@ -29,8 +29,8 @@ struct PanelIntegral {
   double error = 0.0;  // estimated norm of the error
 };
 
-// Number of field evaluations for one pair above which panels are no longer bisected. The current
-// value and its error are then returned.
+// Number of field evaluations in one integral above which panels are no longer bisected. The
+// current value and its error are then returned.
 inline constexpr Index most_evaluations = 2000000;
 
 // Source whose field is integrated, and the panels over which it is integrated.

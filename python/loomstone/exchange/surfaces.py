@@ -195,7 +195,7 @@ def _image(look: Look, color: Floats) -> Bytes | None:
 
 
 def _texture_uv(look: Look, uv: Floats) -> Floats:
-    """Returns uv in units of the size of the texture, as renderer/materials.cpp places it."""
+    """Returns uv relative to the texture, which spans [0, 1] and is placed as in pictures."""
     if look.texture is None:
         return np.empty((0, 2))
     if look.texture_width > 0.0:

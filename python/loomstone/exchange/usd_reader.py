@@ -46,7 +46,7 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
 
 
 def _reason(error: Exception) -> str:
-    """Returns the last message of an error of usd-core, without the place in its sources."""
+    """Returns the last message in an error of usd-core, without the source line that it names."""
     text = " ".join(str(error).split())
     messages = re.findall(r"at line \d+ in file \S+ : '(.*?)'(?= Error in |$)", text)
     return messages[-1] if messages else text[-200:]

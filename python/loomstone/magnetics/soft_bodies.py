@@ -168,8 +168,9 @@ def induce(
     """Magnetises bodies by magnets and currents, by a uniform field and by one another.
 
     by: magnets and currents. field (3): uniform flux density [T]. tolerance [1]: relative residual
-    of the linear system, and error due to the truncated degree of spheres. The returned bodies have
-    fields and forces like magnets. A uniform field exerts the additional torque moment x B on them.
+    of the linear system. For spheres with degree 0, it is also the approximate relative error of
+    the force due to the degree that is chosen. The returned bodies have fields and forces like
+    magnets. A uniform field exerts the additional torque moment x B on them.
     The axes of returned spheres may differ from those given. Inside bodies with panels, the
     function `field` returns only the contribution mu0 H of their charge to B.
 
