@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 import warnings
@@ -86,12 +87,15 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     try:
         with _warnings_in_one_line():
             yield communicator
+        sys.stdout.flush()  # Python would report a closed pipe only after the command
     except (Error, OSError, AssertionError) as error:
         failure = Error(broken_claim(error)) if isinstance(error, AssertionError) else error
         share_failure(communicator, failure)
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(1) from None
         if isinstance(error, BrokenPipeError):
+            # Python flushes standard output once more when it exits.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(1) from None
         fail(_sentence(failure))
     except KeyboardInterrupt:
