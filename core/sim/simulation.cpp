@@ -286,6 +286,9 @@ void Simulation::set_external_body_torques(const Points& torques) {
 
 void Simulation::set_pin_targets(const Points& targets) {
   data_->to_rows(targets, "pin_targets", data_->state.pin_target);
+  const std::vector<std::uint8_t>& pinned = data_->model.cloth.prescribed;
+  if (std::find(pinned.begin(), pinned.end(), 1) == pinned.end())
+    throw InvalidInput("the cloth must have pins to move them, it has none; give Cloth.pins");
   data_->state.pin_override = data_->model.cloth.prescribed;
   data_->state.target_time = time() + step_size();
 }

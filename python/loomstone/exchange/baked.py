@@ -49,6 +49,9 @@ def read_parts(
 def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     """Joins parts into one part; vertices that always coincide become one vertex.
 
+    If the result is no valid mesh, for example because boxes touch along an edge, only vertices of
+    the same part become one vertex.
+
     names : names of the parts that are used; None: all
     """
     known = [part.name for part in parts]
@@ -60,10 +63,19 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     chosen = [part for part in parts if names is None or part.name in names]
     if not chosen:
         raise InvalidInput(f"{path}: parts must name a mesh, one of {', '.join(map(repr, known))}")
-    starts = np.cumsum([0, *(part.frames.shape[1] for part in chosen)])
-    triangles = [part.triangles + start for part, start in zip(chosen, starts, strict=False)]
-    frames = np.concatenate([part.frames for part in chosen], 1)
-    return _welded(Part(path.stem, np.concatenate(triangles), frames))
+    whole = _welded(_together(path.stem, chosen))
+    try:
+        TriangleMesh(whole.frames[0], whole.triangles)
+    except InvalidInput:
+        return _together(path.stem, [_welded(part) for part in chosen])
+    return whole
+
+
+def _together(name: str, parts: list[Part]) -> Part:
+    """Returns the parts as one part, without joining vertices."""
+    starts = np.cumsum([0, *(part.frames.shape[1] for part in parts)])
+    triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    return Part(name, np.concatenate(triangles), np.concatenate([part.frames for part in parts], 1))
 
 
 def mesh_at_rest(path: Path) -> TriangleMesh:

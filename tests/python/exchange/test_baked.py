@@ -185,6 +185,21 @@ def test_a_skin_of_usd_is_baked_to_vertices_in_metres_with_z_up(tmp_path):
     assert ls.meshes.read(path).vertices[:12] == pytest.approx(z_up(RINGS), abs=1e-6)
 
 
+@pytest.mark.parametrize("suffix", ["glb", "usdc"])
+def test_boxes_that_touch_along_edges_are_read_from_an_export(tmp_path, suffix):
+    boxes = [
+        ls.obstacles.box(size=(0.1, 0.1, 0.1), centre=(0.1 * i, 0.0, 0.1 * i), name=f"box {i}")
+        for i in range(2)
+    ]
+    cloth = ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(2, 2)).moved((0.0, 0.0, 0.3)))
+    run = tmp_path / "run"
+    scene = ls.Scene(cloths=[cloth], obstacles=boxes)
+    ls.Simulation(scene, threads=1).run(out=run, duration=0.04)
+    (path,) = ls.Run(run).export(tmp_path / f"boxes.{suffix}")
+    whole = ls.meshes.read(path, with_uv=False)
+    assert whole.n_triangles == 8 + 2 * 12 and whole.n_vertices == 9 + 2 * 8
+
+
 def test_cloth_is_carried_by_a_baked_obstacle(tmp_path):
     path = write_usd(tmp_path / "tube.usdc")
     cloth = ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(3, 3)).moved((0.1, 0, 2.01)))
