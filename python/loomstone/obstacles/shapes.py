@@ -225,7 +225,8 @@ def funnel(
 ) -> Obstacle:
     """Funnel whose walls have a thickness `wall`; lengths in [m].
 
-    A cone from z = 0 to z = `height` stands on a tube.
+    A cone of height `height` stands on a tube of length `tube_length`.
+
     centre : position of the centre of the circle in which cone and tube meet [m]
     """
     surface = meshes.funnel(

@@ -1,4 +1,6 @@
-"""Exact counts of intersecting triangle pairs in frames, independent of collision handling."""
+"""Exact counts of intersecting triangle pairs in frames, independent of collision handling, and
+tables of the intersections and exceeded limits that steps left.
+"""
 
 from __future__ import annotations
 
