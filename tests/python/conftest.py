@@ -1,4 +1,4 @@
-"""Small scenes and an integrator, shared by several tests."""
+"""Small scenes, an integrator and the command line, shared by several tests."""
 
 import os
 
@@ -6,6 +6,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # must precede the loading 
 
 import loomstone as ls
 import pytest
+from loomstone import cli
 
 
 @pytest.fixture
@@ -51,3 +52,15 @@ def pressed() -> ls.Scene:
 @pytest.fixture
 def euler() -> ls.Integrator:
     return ls.SemiImplicitEuler(step=4e-3)
+
+
+@pytest.fixture
+def loomstone(capsys):
+    """Function that runs loomstone in this process and returns its exit code and output."""
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as end:
+            cli.app([str(a) for a in arguments], prog_name="loomstone")
+        return end.value.code, capsys.readouterr()
+
+    return call

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import loomstone as ls
 import pytest
-from loomstone import cli
 from loomstone.runs.scene_file import SceneFile
 
 USES_FILES = """
@@ -37,18 +36,6 @@ def control(sim):
 def check(run):
     assert len(run.steps["time"]) == 20
 """
-
-
-@pytest.fixture
-def loomstone(capsys):
-    """Function that runs loomstone in this process and returns its exit code and output."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as end:
-            cli.app([str(a) for a in arguments], prog_name="loomstone")
-        return end.value.code, capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ import sys
 
 import loomstone as ls
 import pytest
-from loomstone import cli
 from loomstone.cli.inspection import check_run
 from loomstone.exchange.targets import unfinished
 
@@ -17,17 +16,9 @@ def scene():
 """
 
 
-@pytest.fixture
-def loomstone(tmp_path, monkeypatch, capsys):
-    """Function that runs loomstone in this process and returns its exit code and output."""
+@pytest.fixture(autouse=True)
+def in_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as end:
-            cli.app([str(a) for a in arguments], prog_name="loomstone")
-        return end.value.code, capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture
