@@ -1,7 +1,7 @@
 // Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
-// a layout of several ranks, each rank stores the rows of the matrix that it owns and all hinge
-// elements. Of the membrane and mid-edge elements, it stores those that act on these rows and those
-// whose energies it sums.
+// a layout of several ranks, each rank stores the rows of the matrix that it owns, all hinge
+// elements, and the membrane and mid-edge elements that act on these rows or whose energies it
+// sums.
 #pragma once
 
 #include <memory>

@@ -7,7 +7,7 @@
 
 namespace loomstone::hinge {
 
-inline constexpr Index batches_per_range = 32;  // least number of batches per thread
+inline constexpr Index batches_per_range = 32;  // grain of parallel loops
 
 // Entries per batch in each table; for gradients, entries per hinge.
 inline constexpr int vertex_stride = 4 * 8, angle_stride = 8;

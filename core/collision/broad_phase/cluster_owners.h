@@ -58,7 +58,7 @@ class ClusterOwners {
   // Number of first clusters of this rank before each surface pair, and of all of them.
   std::vector<std::size_t> own_first_;
   const bool rotates_;
-  // Of each surface pair, rank r owns range (r + turn_) modulo the number of ranks. This rank owns
+  // Rank r owns range (r + turn_) modulo the number of ranks of every surface pair. This rank owns
   // range part_.
   int turn_ = 0, part_;
 };

@@ -275,7 +275,7 @@ class NeighbourLists {
   SharedRefit refit_;
   ClusterOwners owners_;
   double extra_ = 0.0;  // see widen() [m]
-  // Of each surface pair: base distance, and bound of the slack that lasts `steps_to_last` steps
+  // Base distance of each surface pair, and bound of its slack that lasts `steps_to_last` steps
   // [m]. make() may choose a larger slack.
   std::vector<double> base_, most_slack_;
   // Inflation of the vertex boxes of each surface in searches, without margin_ [m].

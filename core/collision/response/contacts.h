@@ -44,13 +44,13 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 
 // Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting. If the closest
 // point of a vertex on a face lies on an edge or corner that also belongs to a nearer face in
-// contact with this vertex, the contact has the share 0. Of two equally near faces, the one with
-// the smaller id counts as nearer. The remaining contacts of a vertex with faces of one surface
-// divide the force. One with normal n and force F has the share 1 / (1 + sum of max(0, n.n')^2
-// min(1, F'/F)) over the others, with normals n' and forces F'. Shares of edge contacts fade to 0
-// where the closest point approaches an end or the edges become parallel, because vertex contacts
-// take over there. Shares are constant within a step. Energies and derivatives are those of the
-// force law, scaled by the shares.
+// contact with this vertex, the contact has the share 0. If two faces are equally near, the one
+// with the smaller id counts as nearer. The remaining contacts of a vertex with faces of one
+// surface divide the force. One with normal n and force F has the share 1 / (1 + sum of max(0,
+// n.n')^2 min(1, F'/F)) over the others, with normals n' and forces F'. Shares of edge contacts
+// fade to 0 where the closest point approaches an end or the edges become parallel, because vertex
+// contacts take over there. Shares are constant within a step. Energies and derivatives are those
+// of the force law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

@@ -11,8 +11,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double largest_turn =
-    0.1;  // largest turn of the tangent between output points, about [rad]
+constexpr double largest_turn = 0.1;  // of the tangent between output points, about [rad]
 // Largest turn of the tangent in a step, unless the step is shorter than the allowed error [rad].
 // The error of cubic interpolation is then 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
