@@ -33,10 +33,7 @@ Pixels = Annotated[int | None, typer.Option(help="size of the picture [pixels]")
 ColorBy = Annotated[
     str | None,
     typer.Option(
-        help=(
-            "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split |"
-            " contact; several joined by +"
-        ),
+        help=f"{' | '.join(FIELDS)}; several joined by +",
         autocompletion=one_of(FIELDS),
     ),
 ]
