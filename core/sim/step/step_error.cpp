@@ -32,6 +32,11 @@ constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0
 // step, because other motion, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 
+// Returns the relative error that is tolerated. The error of the motion is proportional to the
+// length of a step, and the neglected strain to its square. An accuracy of a half therefore
+// tolerates a quarter of the strain.
+double tolerated_error(const Engines& engines) { return *engines.accuracy * *engines.accuracy; }
+
 // Returns the factor by which the length of a part must change so that its relative error becomes
 // `tolerated`. The strain is proportional to the square of the length, and its energy to the fourth
 // power.
@@ -53,11 +58,11 @@ StepError error_of_motion(const StepContext& part, const Loads& loads, const Sta
 }
 
 bool too_large(const StepContext& part, const StepError& error, const Engines& engines) {
-  return engines.error && part.divisible && relative_error(error) > *engines.accuracy;
+  return engines.error && part.divisible && relative_error(error) > tolerated_error(engines);
 }
 
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines) {
-  const double allowed = safety * length_factor(error, *engines.accuracy) * part.length;
+  const double allowed = safety * length_factor(error, tolerated_error(engines)) * part.length;
   PartResult result;
   result.longest = std::clamp(static_cast<int>(std::min<double>(allowed, part.length)),
                               int{StepPart::least}, part.length - 1);
@@ -76,7 +81,7 @@ int expected_part(const StepContext& part, const State& state, Engines& engines)
   double share = state.cloth.expected_step / part.h;
   if (share == 0.0) {
     const StepError error = engines.error->at(engines.team, state.cloth.v, part.h);
-    share = length_factor(error, expected_in_parts * *engines.accuracy);
+    share = length_factor(error, expected_in_parts * tolerated_error(engines));
   }
   return std::max(static_cast<int>(std::min(share, 1.0) * part.length), int{StepPart::least});
 }
@@ -85,7 +90,7 @@ void expect_part(const StepContext& part, const StepError& error, const Engines&
                  ClothState& cloth) {
   if (!engines.error) return;
   const double expected = part.automatic ? expected_in_steps : expected_in_parts;
-  cloth.expected_step = part.h * length_factor(error, expected * *engines.accuracy);
+  cloth.expected_step = part.h * length_factor(error, expected * tolerated_error(engines));
 }
 
 double automatic_step(double largest, const State& state, Engines& engines) {
@@ -93,7 +98,7 @@ double automatic_step(double largest, const State& state, Engines& engines) {
   double h = state.cloth.expected_step;
   if (h == 0.0) {
     const StepError error = engines.error->at(engines.team, state.cloth.v, largest);
-    h = largest * length_factor(error, expected_in_steps * *engines.accuracy);
+    h = largest * length_factor(error, expected_in_steps * tolerated_error(engines));
   }
   return std::clamp(h, largest / StepPart::whole, largest);
 }
@@ -120,7 +125,7 @@ void note_error(const StepContext& part, const StepError& error, const Engines& 
   ErrorReport& to = report.error;
   to.strain = std::max(to.strain, error.strain);
   to.energy = std::max(to.energy, error.energy);
-  to.beyond += engines.error && relative_error(error) > *engines.accuracy;
+  to.beyond += engines.error && relative_error(error) > tolerated_error(engines);
   to.least_part = to.least_part > 0.0 ? std::min(to.least_part, part.h) : part.h;
 }
 
