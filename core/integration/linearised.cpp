@@ -6,8 +6,8 @@
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads and explicit bending forces,
 // f_el is the gradient of the remaining elastic energy, and u0 is the displacement at which forces
-// are evaluated if dv = 0. For BDF-2, with previous values x_ and v_, inertia = b M (v - v_) and w
-// = -b (x - x_) / sigma with b = SchemeCoefficients::history. Both are 0 for the other schemes.
+// are evaluated if dv = 0. For BDF-2, with previous values x_ and v_, inertia = b M (v - v_) and
+// w = -b (x - x_) / sigma with b = SchemeCoefficients::history. Both are 0 for the other schemes.
 #include <algorithm>
 #include <cmath>
 
