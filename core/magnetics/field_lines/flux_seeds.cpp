@@ -46,8 +46,8 @@ std::vector<Piece> disc_pieces(double radius, int n) {
   return pieces;
 }
 
-// Returns lattices of pieces on the panels: about n pieces in total, or one on each panel if there
-// are more panels. The number of pieces on a panel is nearly proportional to its area.
+// Returns lattices of pieces on the panels. The number of pieces on a panel is about n times its
+// fraction of the total area, but at least 1, and can be larger on small elongated panels.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());
