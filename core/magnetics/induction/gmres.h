@@ -1,6 +1,5 @@
 // GMRES, the generalised minimal residual method [Saad1986], for operators given as functions. It
-// does not restart, because the systems of bodies that magnetise one another are close to the
-// identity, and because a product with the operator costs far more than orthogonalisation.
+// does not restart, because a product with the operator costs far more than orthogonalisation.
 #pragma once
 
 #include <algorithm>
