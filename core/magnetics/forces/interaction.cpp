@@ -39,7 +39,7 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Moves points inside a solid body to the nearest points just above its surface.
+// Applies moved_outside() of a solid body to points in world axes (n x 3) [m].
 void move_outside(const MagneticBody& solid, Points& x) {
   const Mat3 rotation = rotation_matrix(solid.pose.orientation);
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
