@@ -73,8 +73,8 @@ def limit(
 ) -> tuple[NDArray[np.float64], LimitReport]:
     """Moves points until no triangle exceeds the strain limit by more than the tolerance.
 
-    The method "edges" limits the strain of edges instead of triangles. Stops after `max_sweeps`
-    sweeps at the latest.
+    With method="edges" or strain_limit.edge, limits the elongation of edges instead. Stops after
+    `max_sweeps` sweeps at the latest.
 
     Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess.
 

@@ -46,7 +46,7 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
 
 
 def _reason(error: Exception) -> str:
-    """Returns the last message in an error of usd-core, without the source line that it names."""
+    """Returns the last message in an error of usd-core, or the end of its text if none is found."""
     text = " ".join(str(error).split())
     messages = re.findall(r"at line \d+ in file \S+ : '(.*?)'(?= Error in |$)", text)
     return messages[-1] if messages else text[-200:]
@@ -101,7 +101,7 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 
 
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
-    """Raises InvalidInput unless a skin is bound to a skeleton, by valid indices of joints.
+    """Raises InvalidInput unless a skin is bound to a skeleton and has valid joint indices.
 
     If the skeleton has poses, there must be one per joint.
 

@@ -19,7 +19,7 @@ class ModeFit:
     """The fit of one mode of deformation to a measured curve.
 
     stiffness : stiffness [N/m], or bending rigidity [N m]
-    limit : largest strain that the fit allows [1]: e12 for shear, inf for bending
+    limit : strain limit [1]: e12 for shear, inf for bending
     misfit : root mean square deviation from the curve, relative to its largest load [1]
     points : number of points of the curve that were used
     """
