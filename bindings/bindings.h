@@ -40,7 +40,7 @@ void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
 
-// Returns a team with the given number of threads; 0: one for each processor.
+// Returns a team with the given number of threads; 0: one for each available processor.
 Team team_of(int threads);
 
 // Converts broken strain limits to tuples (element, "weft" | "warp" | "shear", excess).

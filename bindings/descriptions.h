@@ -228,9 +228,9 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::optional<double>> || std::is_same_v<Member, Automatic> ||
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// Converts a value that carries a unit to plain numbers in the unit of the field. Returns other
-// values unchanged. If the field may carry a unit, throws InvalidInput for a unit of another
-// dimension and a TypeError for a bool.
+// Converts a value that carries a unit to plain numbers in the unit of the field. Throws
+// InvalidInput for a unit of another dimension and a TypeError for a bool. Returns other values
+// unchanged, and all values of a field that may not carry a unit.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -369,7 +369,7 @@ D from_arguments(const char* name, D value, const py::kwargs& given) {
   return value;
 }
 
-// Binds two constructors. The first takes all arguments, converts units and explains errors. The
+// Binds two constructors. The first accepts any arguments, converts units and explains errors. The
 // second has the full signature, for stubs and help.
 template <Description D, class Class, std::size_t... P, std::size_t... K, class... F>
 void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,

@@ -47,7 +47,7 @@ bool loaded(const py::object& value, Member& member) {
     if (!caster.load(value, true)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
-  } catch (const py::reference_cast_error&) {  // None was given for a description
+  } catch (const py::reference_cast_error&) {  // the value is None, Member is a bound class
     return false;
   }
 }
@@ -89,7 +89,7 @@ inline std::string mesh_hint(const py::object& value) {
 
 // Throws a TypeError that names the required type of a field. If the field and the value are lists,
 // the message names the first element of another type. Does nothing if there is no such element, if
-// the field is a number, or if kind_name() is empty.
+// the field is a number or an optional floating-point number, or if kind_name() is empty.
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {
   if constexpr (ListOf<Member>::value) {

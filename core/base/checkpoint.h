@@ -1,5 +1,5 @@
-// The contents of a checkpoint file: the state of a simulation as named arrays, integers, bytes and
-// strings.
+// The contents of a checkpoint: the state of a simulation as named arrays, lists of integers, bytes
+// and strings.
 #pragma once
 
 #include <cstdint>

@@ -49,16 +49,16 @@ struct EventBody {
   }
 };
 
-// Cloth and bodies at one instant of a step. Between its own events, each vertex moves at constant
-// velocity, and each body at constant velocity and angular momentum. The stored position of a
-// vertex, or pose of a body, belongs to a time that may differ from the present time. ahead() and
-// body_ahead() return the difference.
+// Cloth and bodies at one instant of a step. Between impulses, a vertex that is not attached to a
+// body moves at constant velocity, and a body at constant velocity and angular momentum. The stored
+// position of a vertex, or pose of a body, belongs to a time that may differ from the present time.
+// ahead() and body_ahead() return the difference.
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
-  // (n x 3) Changes of velocity by elastic forces and loads at the present events [m/s]. Rows of
-  // vertices without a present event are 0 or not used. At the start of an interval of nested
-  // steps, where half a kick acts, they are those of a whole kick.
+  // (n x 3) Changes of velocity at the present events by loads, internal forces and, in a queue,
+  // limit impulses [m/s]. Rows of vertices without a present event are 0 or not used. At the start
+  // of an interval of nested steps, where half a kick acts, they are those of a whole kick.
   const Points& kicks;
   // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
   // the time from now to the next event, or 0 if an event is due now. Positions and poses are those
@@ -85,8 +85,7 @@ struct EventMotion {
     if (clocks) return clocks->of_body[body] - clocks->now;
     return levels->ahead[bodies[body].level];
   }
-  // Change of a vertex's velocity by elastic forces and loads at the present time [m/s]; 0 if the
-  // vertex has no event now.
+  // Row of `kicks` of a vertex [m/s]; 0 if the vertex has no event now.
   Vec3 kick(Index vertex) const {
     return ahead(vertex) == 0.0 ? Vec3(kicks.row(vertex).transpose()) : Vec3::Zero();
   }

@@ -1,5 +1,5 @@
-// The directory from which this code was loaded. It also contains the MPI plug-in, and in wheels
-// OSMesa, which are loaded at run time.
+// The directory from which this code was loaded. Libraries in it are loaded at run time: the MPI
+// plug-in in builds with MPI, and OSMesa in wheels.
 #pragma once
 
 #include <filesystem>

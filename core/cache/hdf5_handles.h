@@ -30,8 +30,8 @@ struct Id {
   operator hid_t() const { return id; }
 };
 
-// Returns the description of the innermost entry of HDF5's error stack, or the system error that it
-// quotes. Returns "no cause given" if there is none.
+// Returns the innermost description in HDF5's error stack, or the system error that it quotes.
+// Returns "no cause given" if there is none.
 std::string last_cause();
 
 // Throws CacheError "NAME: could not TRIED: CAUSE."

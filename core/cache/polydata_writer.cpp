@@ -102,7 +102,7 @@ void PolyDataWriter::create_fields(const std::string& group,
   }
 }
 
-// A compressed chunk contains one frame, so that every chunk is written only once.
+// A compressed chunk contains one frame, so that later frames do not rewrite it.
 PolyDataWriter::Values PolyDataWriter::create_values(const std::string& path,
                                                      const PolyDataField& field,
                                                      std::int64_t n_rows) {

@@ -132,14 +132,14 @@ class Elasticity {
 
   struct BendingElements {
     std::unique_ptr<Bending> element;
-    std::vector<Index> first;  // first triangle of each rank; empty: this rank stores all elements
+    std::vector<Index> first;  // result of first_triangles(); empty: all elements are stored
     IndexRange triangles;      // triangles of `element` whose energies this rank sums
   };
   void add_bending_part(const ClothModel::BendingPart& part);
 
   const ClothModel& model_;
   const RowLayout* layout_;   // null: all elements are stored
-  std::vector<Index> first_;  // first triangle of each rank; empty: all elements are stored
+  std::vector<Index> first_;  // result of first_triangles(); empty: all elements are stored
   Membrane membrane_;
   std::unique_ptr<LimitPhase> limit_phase_;
   std::vector<BendingElements> bending_;

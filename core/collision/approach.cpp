@@ -81,8 +81,9 @@ struct ApproachSearch::PairTest {
     for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
     return p;
   }
-  // Returns true only if the vertex stays farther than `thickness` [m] from the plane of the face,
-  // or if the parallel planes through the two edges stay farther apart than this.
+  // Returns true only if the vertex stays farther than thickness + added_reach() [m] from the plane
+  // of the face, or the parallel planes through the two edges stay farther apart than this, during
+  // the motion at faster_approach times the expected velocities.
   bool off_common_plane(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
     for (int s = 0; s < 2; ++s) {

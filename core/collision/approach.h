@@ -45,10 +45,11 @@ struct ExpectedMotion {
 // 18-DOPs enclose the motion at faster_approach times the expected velocities, with a margin for
 // the thickness and for the allowance at zero speed. A candidate is culled if its distance stays
 // above the thickness along one of these directions: from closest point to closest point at the
-// start, the normal of the face, or the common normal of the two edges. Two edges are also culled
-// if they cannot move by motion_to_cross() relative to each other within the step. A pair is a
-// contact if it is closer than its thickness at the start. For edges, the closest points must also
-// lie inside both edges, and neither surface may be smooth.
+// start, the normal of the face, or the common normal of the two edges. Two edges whose closest
+// points do not lie inside both edges are also culled if they cannot move by motion_to_cross()
+// relative to each other within the step. A pair is a contact if it is closer than its thickness at
+// the start. For edges, the closest points must also lie inside both edges, and neither surface may
+// be smooth.
 class ApproachSearch {
  public:
   // Certification uses the same lists. Pairs that only certification needs do not affect results.

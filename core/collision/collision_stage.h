@@ -38,9 +38,9 @@ class CollisionStage {
                           std::shared_ptr<const Communicator> communicator = single_communicator());
   ~CollisionStage();
 
-  // All ranks must call this method together. From now on, each of them keeps only the contacts
-  // that act on its rows, and the contacts that influence the shares of such contacts. proximity()
-  // then returns only kept contacts.
+  // All ranks must call this method together. From now on, each of them keeps the contacts that act
+  // on its rows and those that influence the shares of such contacts; see ContactSelection.
+  // proximity() then returns only kept contacts.
   void divide(IndexRange rows);
   bool divided() const;
 

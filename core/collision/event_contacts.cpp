@@ -241,7 +241,7 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& motion)
   std::vector<Index>& due = due_[tick];
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
-  // Every earlier tick has added pairs in ascending order.
+  // begin() and every earlier tick have added pairs in ascending order.
   merge_runs(due, ascending_runs(due), std::less<>());
   place_bodies(motion);
   all_placed_ = 4 * static_cast<Index>(due.size()) > motion_->x0.rows();

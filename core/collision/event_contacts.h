@@ -1,11 +1,11 @@
-// Contacts at events within a step. Cloth vertices move at constant velocity from one of their own
-// events to the next. An impulse with Coulomb friction ([Thomaszewski2010], (2.58), (2.59)) stops
-// the approach of a pair that is closer than its thickness, and the pair then regains its thickness
-// slowly. A pair that is farther apart is evaluated again when it may come closer than its
-// thickness, but no sooner than after the shortest step of its vertices. Two edges push each other
-// only if their closest points lie inside both edges. Otherwise an end of one edge is closest to
-// the other edge, and the pairs of this vertex with the faces at that edge are at least as close.
-// Implements the second stage of [Thomaszewski2010], 4.3.
+// Contacts at events within a step (core/base/event_motion.h). An impulse with Coulomb friction
+// ([Thomaszewski2010], (2.58), (2.59)) stops the approach of a pair that is closer than its
+// thickness, and the pair then regains its thickness slowly. A pair that is farther apart is
+// evaluated again when it may come closer than its thickness, but no sooner than after the shortest
+// step of its vertices. Two edges push each other only if their closest points lie inside both
+// edges. Otherwise an end of one edge is closest to the other edge, and the pairs of this vertex
+// with the faces at that edge are at least as close. Implements the second stage of
+// [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>
@@ -99,7 +99,7 @@ class EventContacts {
   std::vector<Index> touched_;
   EventWork work_;
   std::vector<Event> events_;
-  std::vector<double> next_;  // scratch: time of the next evaluation of each pair [ticks]
+  std::vector<double> next_;  // scratch: time of the next evaluation of each due pair [ticks]
   Points placed_;  // scratch: positions of all vertices at the current tick [m], if all_placed_
   bool all_placed_ = false;  // placed_ is set for the current tick
   std::vector<PlacedBody> bodies_;

@@ -13,7 +13,9 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;  // (coils) due to each coil [N/A, N m/A]
+  // (coils) Wrenches due to each coil, without `pairs` [N/A, N m/A]. The interaction of two coils
+  // with given currents is part of the entry of the later coil.
+  std::vector<CarrierWrenches> per_ampere;
   // Interactions of circuits: direct ones, unless both are on one carrier or on obstacles at rest,
   // and those through magnetised bodies.
   std::vector<CircuitResponse::Pair> pairs;

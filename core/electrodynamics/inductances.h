@@ -13,8 +13,8 @@ namespace loomstone {
 struct Inductances {
   Eigen::MatrixXd own;  // self and mutual inductances (circuits x circuits) [H]
   // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. They are
-  // multiplied by the change of the given current, so their part in air is set to 0 for constant
-  // currents.
+  // multiplied by the change of the given current, so their part in air is set to 0 for coils
+  // without `times`, whose current is constant.
   Eigen::MatrixXd from_given;
 };
 

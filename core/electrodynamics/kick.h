@@ -29,7 +29,7 @@
 
 namespace loomstone {
 
-// All actions on the carriers at one instant.
+// Magnetic actions on the carriers at one instant.
 struct Actions {
   // Wrenches on magnets due to each other and to the uniform field, without circuit currents.
   CarrierWrenches magnets;

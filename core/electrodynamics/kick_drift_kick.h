@@ -54,7 +54,8 @@ void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches
 // Returns the kinetic energy of the bodies [J].
 double kinetic_energy(const MagneticModel& model, const MovingBodies& bodies);
 
-// Computes angular velocities from momenta. Throws SolverFailure if any value is not finite.
+// Computes angular velocities from momenta. Throws SolverFailure if a position, velocity or
+// momentum is not finite.
 void end_motion(const MagneticModel& model, MovingBodies& bodies);
 
 // Divides a step into sub-steps that are short compared with the fastest oscillation.

@@ -61,8 +61,8 @@ struct CarriedCoil {
   Index carrier = 0;
 
   bool circuit() const { return coil.resistance > 0.0; }  // false: given current
-  // Returns false if the given current is constant. The flux of magnetised bodies through the coil
-  // then has no effect.
+  // Returns false for a given current without `times`. Such a current is constant, so the flux of
+  // magnetised bodies through the coil has no effect.
   bool wants_flux() const { return circuit() || !coil.times.empty(); }
 };
 
@@ -97,7 +97,7 @@ MagneticModel build_magnetic_model(const MagneticScene& scene);
 // Throws InvalidInput if, at the start, magnetisable bodies overlap with each other, with magnets
 // or with windings, or if the inductance matrix of several circuits is not positive definite.
 // Throws Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and
-// outside the winding of a coil with variable current. Spheres treated as point dipoles are checked
+// outside the winding of a coil with wants_flux(). Spheres treated as point dipoles are checked
 // for overlap with windings only.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 

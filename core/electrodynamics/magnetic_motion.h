@@ -42,9 +42,8 @@ class MagneticMotion {
   // due to the magnets, the coils, which carry `currents` (coils) [A], and the uniform field.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
-  // Returns the energy of all magnets in each other's fields and in the uniform field [J]. Induced
-  // magnets are magnetised as if the coils carried no current. `moments` is an initial guess of the
-  // induced dipole moments.
+  // Returns Magnets::energy() [J]. Induced magnets are magnetised as if the coils carried no
+  // current. `moments` is an initial guess of the induced dipole moments.
   double energy(const Team& team, const CarrierPlaces& places, const Points& moments) const;
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built

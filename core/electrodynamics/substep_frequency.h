@@ -1,4 +1,4 @@
-// Upper bound of the oscillation frequencies of bodies that carry magnets and coils, based on
+// Upper bound on the oscillation frequencies of bodies that carry magnets and coils, based on
 // core/magnetics/forces/stiffness.h. Sub-steps must resolve these frequencies.
 #pragma once
 
@@ -23,8 +23,8 @@ struct Oscillators {
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Returns an upper bound of the angular frequency of the stiffest body [rad/s]. Bodies in contact
-  // count with a quarter of their bound.
+  // Returns the largest of the bounds on the angular frequencies of the bodies [rad/s]. Bodies in
+  // contact count with a quarter of their bound.
   double at(const Team& team, const Oscillators& now) const;
 
  private:

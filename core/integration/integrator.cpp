@@ -53,9 +53,9 @@ double largest_bending_damping(const ClothModel& model) {
 
 bool bending_is_implicit(const ImplicitOptions& options, const ClothModel& model) {
   if (options.bending != BendingInStep::Auto) return options.bending == BendingInStep::Implicit;
-  // Let the bending force, with its damping part beta K v, be evaluated at the start of the step.
-  // The step is then stable if h (h + 2 beta) lambda < 4, where lambda is the largest eigenvalue of
-  // M^-1 K for bending. The factor 0.8 is a safety margin.
+  // If the bending force, with its damping part beta K v, is evaluated at the start of the step,
+  // symplectic Euler is stable for h (h + 2 beta) lambda < 4, where lambda is the largest
+  // eigenvalue of M^-1 K for bending. The factor 0.8 is a safety margin.
   const double limit = 0.8 * 2.0;
   const double step = options.step.given.value();
   return step * (step + 2.0 * largest_bending_damping(model)) *

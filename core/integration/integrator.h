@@ -59,8 +59,8 @@ struct StepInputs {
   const ExtraTerms* terms = nullptr;
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
-  // Called after a linear solve, which is repeated if the returned error of friction is too large.
-  // May be null.
+  // Called by linearised schemes after the linear solve, which is repeated if the returned error of
+  // friction is too large. May be null.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
@@ -133,11 +133,11 @@ class Integrator {
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
-// Selects how bending enters the step. BendingInStep::Auto selects implicit bending if
-// h (h + 2 beta) lambda > (0.8 * 2)^2, where beta [s] is the bending damping and lambda is the
-// largest eigenvalue of M^-1 K for bending. With implicit bending, semi-implicit Euler uses the
-// lumped bending stiffness, unless bending is damped or the Jacobian is exact. Explicit and
-// asynchronous schemes always treat bending explicitly.
+// Returns how bending enters the step. BendingInStep::Auto selects implicit bending if
+// h (h + 2 beta) lambda > (0.8 * 2)^2, where beta [s] is the largest bending damping and lambda
+// [1/s^2] is the largest eigenvalue of M^-1 K for bending. With implicit bending, semi-implicit
+// Euler uses the lumped bending stiffness, unless bending is damped or the Jacobian is exact.
+// Explicit and asynchronous schemes always treat bending explicitly.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -23,7 +23,7 @@ std::unique_ptr<Integrator> make_newton(Scheme scheme, std::string_view name,
 // Refreshes all rows of a table of cloth vertices from the ranks that own them. `wide` is scratch
 // memory.
 void gather_cloth_rows(const RowLayout& layout, Points& table, Points& wide);
-// Sets the velocities of fixed rows so that they reach their targets.
+// Sets the velocities of fixed rows so that they reach their targets at the end of the step.
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 // Sets the positions of fixed rows exactly to their targets.
 void place_fixed(const StepInputs& inputs, Points& x);
@@ -34,8 +34,8 @@ void place_fixed(const StepInputs& inputs, Points& x);
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs);
 
-// Adds -sigma J^T g to the owned rows of `rhs`. The gradients g must already be those after the
-// displacement (see extra_terms.h).
+// Adds -sigma J^T g to the owned rows of `rhs`. The gradients g (see extra_terms.h) must already be
+// those after the rows have moved.
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
                         Points& rhs);
 

@@ -4,10 +4,10 @@
 // start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
-// Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads, f_el is the gradient of the
-// elastic energy, and u0 is the displacement at which forces are evaluated if dv = 0. For BDF-2,
-// with previous values x_ and v_, inertia = b M (v - v_) and w = -b (x - x_) / sigma with
-// b = SchemeCoefficients::history. Both are 0 for the other schemes.
+// Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads and explicit bending forces,
+// f_el is the gradient of the remaining elastic energy, and u0 is the displacement at which forces
+// are evaluated if dv = 0. For BDF-2, with previous values x_ and v_, inertia = b M (v - v_) and
+// w = -b (x - x_) / sigma with b = SchemeCoefficients::history. Both are 0 for the other schemes.
 #include <algorithm>
 #include <cmath>
 
@@ -20,11 +20,11 @@ namespace loomstone {
 
 namespace {
 
-// Relative error of friction below which the second solve keeps the friction of the first one and
-// only continues it. Our choice. There is no third solve.
+// If the relative error of friction is below this value, the friction of the first solve is kept.
+// Our choice. There is no third solve.
 constexpr double friction_tolerance = 0.1;
-// Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may
-// have an error of a tenth, so a tolerance of a hundredth is accurate enough.
+// Smallest tolerance of the first of two solves, which predicts the motion of contacts. Our choice:
+// friction may have an error of a tenth, so a tolerance of a hundredth is accurate enough.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. Residuals are therefore related to at least this part of the momentum
@@ -58,8 +58,8 @@ class LinearisedIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    // Ratio of the length of this step to that of the last one. BDF-2 is unstable if it exceeds
-    // 1 + sqrt(2) = 2.41.
+    // Length of this step divided by that of the last one, or 1 if that is unknown. BDF-2 is
+    // unstable for ratios above 1 + sqrt(2) = 2.41.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
@@ -212,8 +212,8 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   // Solves for dv. With contacts, a first solve to a loose tolerance predicts their motion, which
-  // gives the friction of the second solve. If the friction of the first solve was accurate, the
-  // second solve only continues the first to the full tolerance.
+  // gives the friction of the second solve. If the friction of the first solve was accurate, its
+  // solution is only refined to the full tolerance.
   Solution solve_with_friction(const Step& step) {
     const bool asks = step.asks_friction();
     const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;
@@ -292,9 +292,9 @@ class LinearisedIntegrator final : public Integrator {
   double tolerance_;
   bool direct_;
   // True if the geometric term of the Jacobian excludes from the stress the strain that the last
-  // step neglected (see PastMotion). This reduces the damping of snapping wrinkles. It is false for
-  // steps without a bounded error, and for schemes other than backward Euler, because their forces
-  // would turn less than the cloth does, which adds energy.
+  // step neglected (see PastMotion). This reduces the damping of snapping wrinkles. It is false if
+  // the error of steps is not bounded, and for schemes other than backward Euler. In those schemes,
+  // forces would turn less than the cloth does, which adds energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

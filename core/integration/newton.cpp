@@ -16,7 +16,8 @@ namespace loomstone {
 
 namespace {
 
-// Friction limits are updated when the residual falls to this fraction of its initial value.
+// Friction limits are updated when the residual falls to this fraction of its initial value or to
+// the tolerance.
 constexpr double roughly_known = 0.1;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
@@ -221,9 +222,9 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Returns the norm of the rounding error of the residual: its change if the whole cloth is moved
-  // along each axis by a third of its largest coordinate, which changes no force. Overwrites
-  // trial_.
+  // Estimates the norm of the rounding error of the residual by the change of the residual if the
+  // whole cloth is moved along each axis by a third of the largest absolute coordinate. Without
+  // rounding, this changes no force. Overwrites trial_.
   double rounding_error(const Step& step) {
     const Points start = start_x_;
     const double largest = start.size() > 0 ? start.cwiseAbs().maxCoeff() : 0.0;
@@ -264,7 +265,7 @@ class NewtonIntegrator final : public Integrator {
     return midpoint_ ? Points(h / 4 * (start_velocity_ + velocity)) : Points(h * velocity);
   }
 
-  // Evaluates the terms and the residual (owned rows) at the velocity of an iterate.
+  // Evaluates the terms, the residual (owned rows) and its norm at the velocity of an iterate.
   void evaluate(const Step& step, Iterate& it, TermRequest request = TermRequest::Derivative) {
     const Points moved = displacement(step.h(), it.velocity);
     evaluate_cloth(step, moved, it);
@@ -328,8 +329,8 @@ class NewtonIntegrator final : public Integrator {
     return it.potential = sum;
   }
 
-  // Solves for the Newton correction of now_. The exact Jacobian may be indefinite. If the solve
-  // with it fails, returns false on all ranks.
+  // Solves for the Newton correction of now_. The exact Jacobian may be indefinite. If the solver
+  // throws SolverFailure for it, returns false on all ranks.
   bool solve(const Step& step, JacobianKind kind, IntegrationReport& report) {
     const Points moved = displacement(step.h(), now_.velocity);
     x_ = start_x_ + moved.topRows(step.n);

@@ -181,7 +181,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system,
 
 // Inverts the diagonal blocks of all levels. Blocks must have been summed to all levels before,
 // because this function replaces some blocks by the identity, which must not enter coarser levels.
-// Returns false on all ranks if a block is not positive definite on one of them. Collective.
+// Returns false on all ranks if a block of any rank is not positive definite. Collective.
 bool AggregationMultigrid::invert(const RowLayout& layout) {
   const bool mine = std::all_of(levels_.begin(), levels_.end(),
                                 [](MultigridLevel& level) { return level.invert_diagonal(); });

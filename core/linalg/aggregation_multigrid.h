@@ -5,8 +5,8 @@
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
 // the coarser levels. The coarsest matrix is factorised. If the V-cycle is replaced by inverse
 // diagonal blocks of the aggregates, steps of 4 ms take 1.03 times as long at 14,450 triangles and
-// 1.15 times at 57,800. The V-cycle uses single precision, which suffices for a preconditioner.
-// Only the coarsest level is solved in double precision.
+// 1.15 times at 57,800. Except for the solve on the coarsest level, the V-cycle uses single
+// precision, which suffices for a preconditioner.
 //
 // The first level is distributed unless it is the coarsest: every rank computes the aggregates of
 // its own rows. From other ranks, it gets the residual of the aggregates to which its own are
@@ -39,7 +39,7 @@ class AggregationMultigrid {
  public:
   // Builds the levels for the pattern of `matrix`. Collective.
   void set_pattern(const BlockMatrix& matrix, const RowLayout& layout);
-  // Computes the coarse matrices by summing the blocks whose row and column are free, including
+  // Computes the coarse matrices by summing the blocks of free cloth rows and columns, including
   // those of terms. Rebuilds the levels if terms couple aggregates that neither the matrix nor
   // earlier terms couple, or if too many couplings of earlier terms are unused. `halo` contains the
   // rows that the matrix and the terms couple to owned rows. Collective.

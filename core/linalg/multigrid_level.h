@@ -81,7 +81,7 @@ struct MultigridLevel {
   }
 
  private:
-  std::vector<Index> parents() const;  // (nodes) node of the next level of each node
+  std::vector<Index> parents() const;  // (nodes) parent of each node
 };
 
 }  // namespace loomstone

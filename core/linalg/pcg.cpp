@@ -6,7 +6,7 @@
 // difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
 // accumulated in double precision. The stopping criterion is the true residual r in double
 // precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A loose tolerance, after
-// which another solve follows, is tested with the iterated residual only. If the true residual
+// which another solve may follow, is tested with the iterated residual only. If the true residual
 // exceeds the tolerance, the iteration continues from it (residual replacement [VanDerVorst2000]).
 // Systems that single precision cannot solve are solved in double precision.
 #include <algorithm>
@@ -27,8 +27,8 @@ namespace {
 
 // In single precision, the true residual is computed at the latest when the iterated residual has
 // fallen to this fraction of its value at the start of the round. The value is not tuned, because
-// the default tolerance is reached in one round. It affects the number of matrix products but not
-// the accuracy.
+// it ends no round at the default tolerance. It affects the number of matrix products but not the
+// accuracy.
 constexpr double trusted_fall = 3e-5;
 
 // Sets the inner and outer blocks. A block is outer if terms act on one of its rows or if one of
@@ -47,7 +47,7 @@ void divide_blocks(PcgSolve& solve) {
     (outer[block] != 0 ? m.outer_blocks : m.inner_blocks).push_back(block);
 }
 
-// Sets the terms, the halo, which includes the rows of the terms, and the inner and outer blocks.
+// Sets the terms, the halo with the rows of the terms, and the inner and outer blocks.
 void set_terms(PcgSolve& solve) {
   const LinearSystem& system = solve.system;
   const RowLayout& layout = solve.loops.layout();
@@ -59,7 +59,8 @@ void set_terms(PcgSolve& solve) {
   divide_blocks(solve);
 }
 
-// Sets the single-precision matrix, preconditioner, terms and arrays for a new matrix.
+// Sets the matrix in single precision, the preconditioner, the terms and the arrays for a new
+// matrix.
 void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
   const LinearSystem& system = solve.system;
   PcgMemory& m = solve.memory;
@@ -189,7 +190,7 @@ class Pcg final : public LinearSolver {
     PcgSolve solve{system, RowLoops(team, *system.layout), m};
     const bool same_matrix = unchanged != Unchanged::Nothing && m.has_matrix;
     const bool resumes = unchanged == Unchanged::System && same_matrix && m.has_iteration;
-    m.has_matrix = false;  // set again after this solve has succeeded
+    m.has_matrix = false;  // set again unless this solve throws
     m.has_iteration = m.has_iteration && same_matrix;
     if (!same_matrix)
       set_system(solve, kind_);
@@ -225,7 +226,7 @@ class Pcg final : public LinearSolver {
       const StoppingRule stop{reach, options_.max_iterations};
       const double iterated = in_double ? iterate(solve, m.wide, how, stop, report.iterations)
                                         : iterate(solve, m.single, how, stop, report.iterations);
-      if (rough && iterated <= goal) {  // the next solve computes the true residual
+      if (rough && iterated <= goal) {  // without the true residual
         report.residual = iterated / m.b_norm;
         if (!in_double) keep_iteration(solve, b);
         return report;

@@ -67,7 +67,7 @@ double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k
   return product;
 }
 
-// Recomputes the residual of the coarse levels as sums over rows, and sends it to other ranks.
+// Recomputes the residual of the coarse levels as sums over rows, and starts to exchange its halo.
 // Between two such sums, the residual of the coarse levels is updated step by step, and rounding
 // errors accumulate.
 template <class Scalar>

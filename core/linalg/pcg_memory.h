@@ -46,9 +46,10 @@ struct PcgMemory {
   TermRows terms;
   Halo halo;  // rows that ranks exchange before a product
   HaloExchange halo_exchange;
-  // An owned block of rows is outer if terms act on one of its rows or if one is coupled to a row
-  // of another rank; otherwise it is inner. The halo is exchanged during the products of inner
-  // blocks. On one rank, nothing is exchanged, and all blocks are stored as outer blocks.
+  // An owned block of rows is outer if terms act on one of its rows or if one of its rows is
+  // coupled to a row of another rank; otherwise it is inner. The halo is exchanged during the
+  // products of inner blocks. On one rank, nothing is exchanged, and all blocks are stored as outer
+  // blocks.
   std::vector<Index> inner_blocks, outer_blocks;
   Preconditioner preconditioner;
   Krylov<float> single;

@@ -11,7 +11,7 @@ namespace loomstone {
 double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
 // Returns the norm of the momentum that LinearSystem::least_change gives to the masses of free
-// cloth rows, or 0 without masses. Overwrites PcgMemory::residual. Collective.
+// cloth rows, or 0 without masses. May overwrite PcgMemory::residual. Collective.
 double least_norm(PcgSolve& solve);
 
 // Like true_residual(), but uses PcgMemory::matrix_times_x of the last solve instead of a matrix

@@ -94,11 +94,11 @@ class Preconditioner {
   struct Products {
     double diagonal, whole;  // r . D^-1 r and r . P^-1 r
   };
-  // Completes the preconditioned residual. On entry, z is r times the inverse diagonal blocks, and
-  // `square` is r . z on the owned rows. Gauss-Seidel replaces z. Multigrid computes the correction
-  // from the residual of the coarse levels and does not change z. It computes `whole` during the
-  // V-cycle, so that no further sum over all ranks is needed. complete_product() computes the same
-  // product from the correction itself. Collective.
+  // Completes the preconditioned residual, and returns the products of r. On entry, z is r times
+  // the inverse diagonal blocks, and `square` is r . z on the owned rows. Gauss-Seidel replaces z.
+  // Multigrid computes the correction from the residual of the coarse levels and does not change z.
+  // It computes `whole` during the V-cycle, so that no further sum over all ranks is needed.
+  // complete_product() computes the same product from the correction itself. Collective.
   template <class Scalar>
   Products complete(const RowLoops& loops, BinnedSum square, const std::vector<Scalar>& r,
                     std::vector<Scalar>& z);

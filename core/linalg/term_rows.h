@@ -1,6 +1,6 @@
-// Extra terms of one solve, applied without an assembled matrix. Each term computes its force once.
-// Each row then gathers the forces of its terms in ascending order, so that no two threads write to
-// the same location. Terms are copied to compact arrays.
+// Extra terms of one solve, applied without an assembled matrix. The force of each term is computed
+// once. Each row then gathers the forces of its terms in ascending order, so that no two threads
+// write to the same location. Terms are copied to compact arrays.
 #pragma once
 
 #include <algorithm>

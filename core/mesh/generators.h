@@ -15,12 +15,13 @@ namespace loomstone {
 // "diagonal" (all diagonals run from the lower left to the upper right corner of a cell).
 TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
                         const std::string& pattern = "alternating");
-// Grid with nearly square cells and nearly as many triangles as requested.
+// Grid whose numbers of cells are a compromise between square cells and the requested number of
+// triangles.
 TriangleMesh grid(double width, double height, Index triangles,
                   const std::string& pattern = "alternating");
 // Grid whose interior vertices have random (seeded) displacements by up to the fraction `amount` of
-// a cell in each coordinate. The Python package makes better unstructured meshes, by Delaunay
-// triangulation of relaxed points.
+// a cell in each coordinate. The Python package makes unstructured meshes by Delaunay triangulation
+// of relaxed points.
 TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount,
                            std::uint64_t seed = 1);
 

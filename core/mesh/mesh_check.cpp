@@ -16,8 +16,7 @@ namespace {
 
 // Lower bounds on the height of a triangle, as fractions of its longest edge and of the mesh's
 // largest coordinate. A triangle counts as a triangle of zero area unless its height exceeds both
-// bounds. The values are our choice: they are far below the heights of slivers from mesh generators
-// and just above the rounding errors of collinear points.
+// bounds. The values are our choice; the second exceeds the rounding errors of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 

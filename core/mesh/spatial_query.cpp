@@ -53,7 +53,7 @@ struct Search {
   const Surface* surface;
   Vec3 point;
   double rounding;  // distance between `point` and its copy in float [m]
-  // Squared distance to the closest triangle found so far; before that, the squared search radius
+  // Squared distance to the closest triangle found so far; initially the squared search radius
   // [m^2].
   double best = 0.0;
   Index triangle = -1;

@@ -1,7 +1,6 @@
 // Surfaces built from rings of vertices: capsule, cylinder, wavy bar and funnel. Adjacent rings are
-// joined along the shorter diagonals. Every other ring is rotated by half a segment, so that
-// triangles are nearly equilateral. The rings of the cylinder are not rotated, because it is a
-// prism.
+// joined along the shorter diagonals. Every other ring is rotated by half a segment, which improves
+// the shapes of the triangles. The rings of the cylinder are not rotated, because it is a prism.
 #include <algorithm>
 #include <cmath>
 #include <vector>

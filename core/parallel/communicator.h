@@ -85,7 +85,7 @@ class Communicator {
   virtual std::string agreed() const { return {}; }
   // Traffic of this rank; zero without MPI.
   virtual Traffic traffic() const { return {}; }
-  // Ends all ranks at once after an error on only one of them. Otherwise the other ranks would wait
+  // Ends all ranks at once after an error on only one of them. Otherwise the other ranks could wait
   // forever.
   [[noreturn]] virtual void abort(int code) const = 0;
 };

@@ -22,9 +22,9 @@ struct MeshPart {
   }
 };
 
-// Returns the first triangle of each rank, followed by the number of triangles. Ranges of triangles
-// start at multiples of rows_per_block, so that blocks of triangles are summed as on one rank. If
-// triangles are sorted by their smallest row, most of them touch rows of their rank.
+// Returns the first triangle of each rank, followed by the number of triangles. Ranges that are not
+// empty start at multiples of rows_per_block, so that blocks of triangles are summed as on one
+// rank. If triangles are sorted by their smallest row, most of them touch rows of their rank.
 std::vector<Index> first_triangles(const Triangles& triangles, const RowLayout& layout);
 
 // Returns the part of this rank. `first` is the result of first_triangles().

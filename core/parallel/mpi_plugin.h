@@ -1,4 +1,4 @@
-// File name of the MPI plug-in, and name and type of the only symbol that it exports.
+// File name of the MPI plug-in, and name and type of the function that mpi_loader.cpp looks up.
 #pragma once
 
 #include "core/parallel/communicator.h"

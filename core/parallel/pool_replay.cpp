@@ -216,7 +216,7 @@ class Simulated {
 
   double answer(int rank, int to, double time) {
     Rank& own = ranks_[rank];
-    const std::size_t kept = own.stack.empty() ? 1 : 0;  // idle ranks keep one task
+    const std::size_t kept = own.stack.empty() ? 1 : 0;  // keeps its own next task
     if (own.pool.size() <= kept) {
       ++report_.refusals;
       return send(to, {0.0, PoolMessage::Refusal, rank}, time);

@@ -109,7 +109,9 @@ class Bisection {
   }
 
   const Graph& graph_;
-  std::vector<Index> local_;  // (vertices) local number in the current subgraph, -1 outside
+  // (vertices) Local number in extract(), or 0 in breadth_first() until the vertex is visited; -1
+  // otherwise.
+  std::vector<Index> local_;
   std::vector<Index> order_, moved_;
   std::vector<idx_t> sub_start_, sub_adjacent_, part_;
 };

@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// Returns whether OMP_WAIT_POLICY is passive. Waiting threads then sleep at once, and every
-// parallel loop takes tens of microseconds longer.
+// Returns whether OMP_WAIT_POLICY is passive. Unless GOMP_SPINCOUNT is set, waiting threads then
+// sleep at once, and parallel loops take tens of microseconds longer.
 bool threads_sleep();
 
 }  // namespace loomstone

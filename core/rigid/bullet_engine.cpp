@@ -17,8 +17,8 @@ btDefaultCollisionConstructionInfo room_for_algorithms() {
 }  // namespace
 
 void BulletWorld::updateAabbs() {
-  // Enlargement of the boxes in the tree [contact distances]. Larger boxes overlap more often but
-  // are updated less often.
+  // Enlargement of the bodies' boxes in the tree [contact distances]. Larger boxes overlap more
+  // often but are updated less often.
   constexpr btScalar room = 4.0;
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
   for (int i = 0; i < m_collisionObjects.size(); ++i) {

@@ -15,9 +15,9 @@ constexpr double turned_to =
 
 using Contacts = HullOnTriangles::Contacts;
 
-// Reduces the contacts in one plane to four. A contact bears load if its gap exceeds the smallest
-// gap by less than 0.02 `near`. If at least four contacts bear load, keeps the outermost one, the
-// one farthest from it, and the farthest one on either side of the line through these two.
+// Reduces the contacts in one plane to at most four. A contact bears load if its gap exceeds the
+// smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps the outermost
+// one, the one farthest from it, and the farthest one on either side of the line through these two.
 // Otherwise keeps all that bear load and adds those farthest from the contacts already kept.
 // Contacts of the last step count as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {

@@ -71,9 +71,10 @@ def limit(
     rest: Literal["uv", "mesh"] = "uv",
     threads: int = 0,
 ) -> tuple[NDArray[np.float64], LimitReport]:
-    """Moves points until the strain limit is exceeded nowhere by more than the tolerance.
+    """Moves points until no triangle exceeds the strain limit by more than the tolerance.
 
-    Stops after `max_sweeps` sweeps at the latest.
+    With method="edges" or strain_limit.edge, limits the elongation of edges instead. Stops after
+    `max_sweeps` sweeps at the latest.
 
     Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess.
 

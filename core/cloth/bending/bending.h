@@ -70,7 +70,7 @@ class Bending {
   virtual double energy(const Team& team, const Points& x) const = 0;
   // Sets sums[i] to the energy of the triangles 128 i to 128 i + 127, counted from the beginning of
   // `triangles` [J]. For all triangles, the sums add up to energy(). The sums must be 0 before the
-  // call. Requires sums_by_triangle().
+  // call, because without hinges none is set. Requires sums_by_triangle().
   virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
                             double* sums) const = 0;
   virtual bool sums_by_triangle() const = 0;

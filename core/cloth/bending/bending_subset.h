@@ -1,6 +1,6 @@
 // Bending of a subset of the triangles of a mesh. Integrators that give triangles steps of
 // different lengths evaluate each subset separately, with a vertex numbering of its own. A rank
-// stores the subset for its part of the mesh (mesh_part.h).
+// stores only the mid-edge elements for its part of the mesh (mesh_part.h).
 #pragma once
 
 #include <vector>

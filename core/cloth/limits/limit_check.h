@@ -25,7 +25,7 @@ struct BrokenLimit {
 // Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
   int sweeps = 0;                   // a first check that finds nothing to correct counts as a sweep
-  std::int64_t evaluations = 0;     // of elements and edges before the final check, as on one rank
+  std::int64_t evaluations = 0;     // of elements and edges before the final check
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated

@@ -21,12 +21,11 @@ constexpr Index batches_per_update = 32;
 // second phase, divided by that of the membrane. `steeper` and `steepest` are the total moduli
 // added in the third and in the fourth phase, divided by the one added in the second phase.
 //
-// Under light loads, triangles reach only the second phase. The third phase limits strain under
-// heavy loads, for example at prescribed vertices, and the fourth under bodies much heavier than
-// the cloth. `stiffening` and `steeper` were tuned on scenes/swing_limits.py and limit_scaling.py
-// with steps of 4 ms, and `steepest` with automatic steps on balls of 40 kg in cloth of 40 g: with
-// a value of 100, strains exceed limits of 2 % by up to 0.04, and with a value of 400 by up to
-// 0.02. docs/experiments/strain_limits.md lists the results.
+// The third phase is for heavy loads, for example at prescribed vertices, and the fourth for bodies
+// much heavier than the cloth. `stiffening` and `steeper` were tuned on scenes/swing_limits.py and
+// limit_scaling.py with steps of 4 ms, and `steepest` with automatic steps on balls of 40 kg in
+// cloth of 40 g: with a value of 100, strains exceed limits of 2 % by up to 0.04, and with a value
+// of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.

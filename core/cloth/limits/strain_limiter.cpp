@@ -41,8 +41,8 @@ StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& opti
     : options_(options),
       elements_(cloth, options.method == LimitMethod::GaussSeidelRandom),
       check_(elements_, ranks) {
-  // The tolerance of the sweeps is at most half the excess that is tolerated when contacts and
-  // limits compete. Limits of edges do not lower it.
+  // The tolerance of the sweeps is at most half the smallest limit_margin() of any bound other than
+  // StrainLimit::edge.
   for (const StrainLimit& limit : cloth.limits)
     for (const double bound :
          {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})
@@ -159,7 +159,8 @@ void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables,
       });
 }
 
-// Reports the corrected elements in `batches` to the active set and returns their number.
+// Returns the number of corrected elements in `batches`. Reports these elements to the active set
+// unless it contains all elements.
 std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, ActiveSet& active) const {
   std::int64_t corrected = 0;
   if (active.all_elements()) {
@@ -201,8 +202,8 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Groups the batches by thread. Each thread gets one part of the mesh, so that it mostly sums
-// corrections that it has computed itself. The order of the batches of a thread does not change.
+// Sorts the batches by part of the mesh, one part for each thread. Keeps their order within a part.
+// If all vertices are visited, a thread thus mostly sums corrections that it has computed.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

@@ -1,9 +1,9 @@
-// Corrects candidate positions so that elements do not exceed their strain limits. Implements
-// continuum-based strain limiting, [Thomaszewski2010] chapter 3, and edge-based limiting. Every
-// method conserves the linear and angular momentum of free cloth and leaves prescribed vertices
-// bitwise unchanged. The result is bitwise identical on any number of threads and ranks. The check
-// of all elements is divided among ranks. Every rank computes all sweeps, because a divided sweep
-// would need one message per colour.
+// Corrects positions at which elements exceed their strain limits, and velocities that change
+// strain too fast. Implements continuum-based strain limiting, [Thomaszewski2010] chapter 3, and
+// edge-based limiting. Every method conserves the linear and angular momentum of free cloth and
+// leaves prescribed vertices bitwise unchanged. The result is bitwise identical on any number of
+// threads and ranks. The check of all elements is divided among ranks. Every rank performs all
+// sweeps, because a divided Gauss-Seidel sweep would need one message per colour.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Limited strain modes of a triangle. Beyond each limit, stiff phases of the membrane add energy.
+// Limited strain modes of a triangle. Beyond the bounds of a mode, stiff phases of the membrane add
+// energy.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,7 @@ struct LimitMode {
     return modulus * (std::max(0.0, e - high) - std::max(0.0, low - e) +
                       steeper * (std::max(0.0, e - far_high) - std::max(0.0, far_low - e)));
   }
-  // Number of phases that have begun beyond the first: 0, 1 or 2.
+  // Number of stiff phases that have begun at the strain e: 0, 1 or 2.
   int phase(double e) const {
     return (e > high || e < low ? 1 : 0) + (e > far_high || e < far_low ? 1 : 0);
   }

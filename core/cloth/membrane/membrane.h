@@ -1,7 +1,8 @@
 // Orthotropic St. Venant-Kirchhoff membrane on linear triangles in total Lagrangian form, with
 // viscosity. Implements (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35) of [Thomaszewski2010]. Kernels
-// process eight triangles at once. Results are summed per vertex in ascending order of elements, so
-// they are bitwise identical for any number of threads and any row range.
+// process eight triangles at once. Forces on a vertex are summed in ascending order of elements and
+// energies in a fixed order, so results are bitwise identical for any number of threads and any row
+// range.
 #pragma once
 
 #include <algorithm>
@@ -168,8 +169,8 @@ class Membrane {
   Index begin_ = -1, end_ = -1;
   std::vector<double> element_forces_, element_strains_;
 
-  // Element blocks that contribute to rows [located_begin_, located_end_). They are determined once
-  // per matrix pattern and range of rows.
+  // Element blocks that contribute to rows [located_begin_, located_end_). locate_rows() determines
+  // them again if the matrix pattern or the range of rows has changed.
   std::vector<Index> chunk_start_, chunk_batches_;  // batches that touch each chunk, ascending
   std::vector<Index> row_start_, diagonal_;         // block indices relative to the range
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows

@@ -140,7 +140,7 @@ LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
   for (int l = 0; l < n_lanes; ++l)
     if (beyond[l] != 0.0) bits |= static_cast<std::uint8_t>(1 << l);
 }
-// Adds the stress of the limit potential in batch b, and sets the bits of t.entered.
+// Adds the stress of the limit potential in batch b. Sets the bits of t.entered unless it is null.
 template <class Lanes>
 LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<Lanes>& e,
                                        Tensor<Lanes>& s) {

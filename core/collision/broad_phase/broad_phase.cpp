@@ -81,8 +81,8 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
   }
 }
 
-// Returns whether this rank alone searches a surface for self-collisions. Such a search compares
-// each cluster of the surface at least with itself.
+// Returns whether this object performs all tasks and `which` includes self-collisions of a surface.
+// Such a search compares each cluster of the surface at least with itself.
 bool BroadPhase::compares_all(const std::vector<Index>& which) const {
   return share_.size == 1 && std::any_of(which.begin(), which.end(), [&](Index pair) {
            return pairs_[pair].a == pairs_[pair].b;

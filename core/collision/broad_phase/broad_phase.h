@@ -75,7 +75,7 @@ class BroadPhase {
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
   bool attached(ContactKind kind, PairKey key) const;
 
-  void forget_trees();  // the next search rebuilds them
+  void forget_trees();  // each tree is rebuilt at its next refit
 
   std::size_t bytes() const;  // memory of trees and vertex boxes [bytes]
 

@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// Ranges are cut again if their imbalance() exceeds this value. Each cut moves lists to other
-// ranks, which must make these lists again. Our choice.
+// Ranges are cut again if their imbalance() exceeds this value. The lists that then move to another
+// rank must be made again there. Our choice.
 constexpr double worth_a_cut = 1.1;
 // A boundary between two ranges stays in place if the cost between it and its best place is at most
 // this multiple of the mean cost of a range. Our choice.

@@ -55,11 +55,12 @@ class ClusterOwners {
   // of that list.
   SectionStarts first_;
   SectionRanges starts_;  // ranges of the first clusters of each surface pair
-  // Number of first clusters of this rank before each surface pair, and of all of them.
+  // Number of first clusters of this rank in earlier surface pairs, for each surface pair; then the
+  // number in all pairs.
   std::vector<std::size_t> own_first_;
   const bool rotates_;
-  // Rank r owns range (r + turn_) modulo the number of ranks of every surface pair. This rank owns
-  // range part_.
+  // In each surface pair, rank r owns the range with index (r + turn_) modulo the number of ranks.
+  // This rank owns range part_.
   int turn_ = 0, part_;
 };
 

@@ -34,8 +34,8 @@ class ClusterTree {
               std::vector<Index> foreign = {});
 
   // Recomputes all boxes of the tree. `vertices` contains the vertex boxes of all surfaces. They
-  // include `inflation` [m] and must stay alive until the next refit. Forms clusters at positions x
-  // if formed() is false, or if `may_rebuild` is set and the boxes have grown too much.
+  // include `inflation` [m] and must stay alive until the next refit of features. Forms clusters at
+  // positions x if formed() is false, or if `may_rebuild` is set and the boxes have grown too much.
   void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
              double inflation, bool may_rebuild);
 

@@ -275,8 +275,8 @@ class NeighbourLists {
   SharedRefit refit_;
   ClusterOwners owners_;
   double extra_ = 0.0;  // see widen() [m]
-  // Base distance of each surface pair, and bound of its slack that lasts `steps_to_last` steps
-  // [m]. make() may choose a larger slack.
+  // Base distance of each surface pair, and upper bound on the slack that covers `steps_to_last`
+  // steps [m]. make() may choose a larger slack.
   std::vector<double> base_, most_slack_;
   // Inflation of the vertex boxes of each surface in searches, without margin_ [m].
   std::vector<double> inflation_;

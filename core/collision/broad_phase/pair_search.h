@@ -37,11 +37,11 @@ class PairSearch {
 
   Nodes roots() const { return {a_->root_level(), b_->root_level(), 0, 0}; }
   static bool leaves(const Nodes& nodes) { return nodes.level_a == 0 && nodes.level_b == 0; }
-  // Appends the overlapping pairs of children. Expands the node on the higher level, or both nodes
-  // if their levels are equal.
+  // Expands the node on the higher level, or both nodes if their levels are equal. Appends the
+  // overlapping pairs: child and other node, or child and child.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
-  // Like expand(), but expands only one node: the one with the larger volume, or the one that is
-  // not a cluster. The nodes must be different.
+  // Like expand(), but expands only one node: the one with the larger volume or, if one node is a
+  // cluster, the other one. The nodes must be different, and not both clusters.
   void expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const;
 
   // Returns whether the first node contains a cluster in `first`.

@@ -53,8 +53,8 @@ class PartitionTrees {
 
   // Returns whether a test compares two clusters, which have features instead of children.
   static bool leaf(const NodeTest& test);
-  // Appends the tests of overlapping children. Expands both nodes if they are the same node,
-  // otherwise one of them; see PairSearch::expand_larger().
+  // Expands both nodes of a test if they are the same node, otherwise one of them; see
+  // PairSearch::expand_larger(). Appends the tests of the pairs of nodes that overlap.
   void expand(const NodeTest& test, std::vector<NodeTest>& stack, Scratch& scratch) const;
   // Calls visit(surface pair, kind, key) for the pairs of features with overlapping boxes in the
   // two clusters of a test. Omits pairs that share a vertex.

@@ -1,6 +1,7 @@
 // Displacements of a step, from which certification withholds motion. A unit is a single cloth
-// vertex or a whole free body. A unit can be carried by a moving obstacle or by prescribed
-// vertices. The unit then follows this carrier, and only its relative motion is withheld:
+// vertex or a whole free body. A unit can be carried by a surface or by vertices that certification
+// cannot move, such as a moving obstacle or prescribed vertices. The unit then follows this
+// carrier, and withhold() affects only its relative motion:
 //   x1 = x0 + carry + share (displacement - carry)
 // `carry` is the displacement of the unit with the carrier, and `share` is the fraction of the
 // relative motion that the unit keeps. The pose of a body is interpolated in the same way.
@@ -41,7 +42,8 @@ class Displacements {
   // Withholds all motion of a unit, including the motion with its carrier.
   void withhold_all(Index unit);
 
-  // Returns (n) flags and resets them. 1: x1 of the vertex has changed since the last call.
+  // Returns (n) flags and resets them. 1: x1 of a vertex in the unit has changed since the last
+  // call.
   std::vector<std::uint8_t> take_changed();
 
   // Adds the correction of each body's end pose to FreeBody::moved and FreeBody::turned.

@@ -1,6 +1,6 @@
-// Finds the impacts of a step: pairs of features that come closer than the gap floor during x0 ->
-// x1. Continuous collision detection tests candidates from the neighbour lists. For surface pairs
-// without lists, candidates come from the broad phase.
+// Finds the impacts of a step: pairs of features for which continuous collision detection cannot
+// prove that they stay farther apart than the gap floor during x0 -> x1. Candidates come from the
+// neighbour lists, or from the broad phase for surface pairs without lists; see also share().
 #pragma once
 
 #include <vector>
@@ -26,9 +26,9 @@ class ImpactSearch {
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
   // Collective. Each rank tests a share of the pairs, and all ranks receive all impacts. Returns
-  // the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a movable
+  // the impacts sorted by (kind, key). Excludes pairs that touch at x0, pairs without a movable
   // vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only pairs with
-  // a changed vertex. Updates the lists to x0 if necessary.
+  // a changed vertex. Updates the lists, if used, to x0.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 

@@ -52,9 +52,9 @@ void withhold_units(const StepImpact& impact, Displacements& displacements) {
     if (displacements.movable(v)) displacements.withhold_all(displacements.unit(v));
 }
 
-// Last resort if prescribed motion leaves no room. Obstacles may then pass through cloth, but cloth
-// must not pass through cloth. Withholds all motion of the movable vertices in impacts between
-// cloth and cloth. Each pass leaves fewer moving vertices, so the loop ends. In the impacts between
+// Last resort if impacts remain. Bodies and obstacles may then pass through cloth, but cloth must
+// not pass through cloth. Withholds all motion of the movable vertices in impacts between cloth and
+// cloth. Each pass leaves fewer moving vertices, so the loop ends. In the impacts between
 // cloth and cloth that remain, only prescribed vertices move.
 void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                            const Points& x1, Displacements& displacements) {

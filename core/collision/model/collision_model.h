@@ -23,7 +23,7 @@ struct CollisionSurface {
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body), else -1
   // If true, normals of contacts with its faces are interpolated from vertex normals, and its edges
-  // exert no contact force.
+  // have no contacts. EventContacts does not use this flag.
   bool smooth = false;
 };
 

@@ -13,7 +13,7 @@ namespace {
 template <int N>
 struct Differences {
   std::array<Vec3, N> start, end;
-  double rounding = 0.0;  // bound on the rounding error of n . (a_i - b_j) for unit n [m]
+  double rounding = 0.0;  // bound [m] on the rounding error of n . (a_i - b_j) for unit n
 
   void finish() {
     double largest = 0.0;
@@ -88,8 +88,8 @@ FourPoints at_time(const MovingPoints& q, double time) {
 template <class Kind, class FloorOf>
 Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   const typename Kind::D differences = Kind::differences(q);
-  // If the features stay far apart, a plane perpendicular to the line of centres proves separation
-  // without a search for closest points.
+  // A plane perpendicular to the line of centres often proves separation without a search for
+  // closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
   if (length > 0.0 &&

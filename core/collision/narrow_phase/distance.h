@@ -1,4 +1,4 @@
-// Closest points of a vertex and a triangle, and of two segments, including all degenerate cases.
+// Closest points of a vertex and a triangle, and of two segments, including degenerate cases.
 // Weights are >= 0 for feature a (vertex, first edge) and <= 0 for feature b (face, second edge).
 // The magnitudes of the weights of each feature sum to 1.
 #pragma once

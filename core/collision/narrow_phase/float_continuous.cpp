@@ -27,8 +27,8 @@ struct Polygon {
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;
 
-// Bernstein coefficients of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of the volume that the
-// corners 0, 1 and 2 of the polygon span, which is cubic in t.
+// Bernstein coefficients, with error bounds, of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of
+// the volume that the corners 0, 1 and 2 of the polygon span, which is cubic in t.
 template <class Lanes>
 struct Curves {
   Lanes side[3][n_packs];
@@ -56,8 +56,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
       side[1][lane] = 0.5 * ((p.start[i][l] * p.end[j][m] - p.start[i][m] * p.end[j][l]) +
                              (p.end[i][l] * p.start[j][m] - p.end[i][m] * p.start[j][l]));
       side[2][lane] = p.end[i][l] * p.end[j][m] - p.end[i][m] * p.end[j][l];
-      // Rounding of corners, products and sums contributes at most 8 epsilon, and evaluation over
-      // subintervals of the step at most 6 epsilon.
+      // In units of size[i] size[j], rounding of corners, products and sums contributes at most
+      // 8 epsilon, and evaluation over subintervals of the step at most 6 epsilon.
       error[lane] = 16.0 * epsilon * size[i] * size[j];
     }
   }
@@ -77,8 +77,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
   curves.volume[1] = (s[0][1] + 2.0 * s[1][0]) / 3.0;
   curves.volume[2] = (2.0 * s[1][1] + s[2][0]) / 3.0;
   curves.volume[3] = s[2][1];
-  // Rounding of the coefficients contributes at most 48 epsilon, and evaluation over subintervals
-  // at most 24 epsilon.
+  // In units of size[0] size[1] size[2], rounding of the coefficients contributes at most
+  // 48 epsilon, and evaluation over subintervals at most 24 epsilon.
   curves.volume_error = 80.0 * epsilon * size[0] * size[1] * size[2];
   const double least = *std::min_element(size, size + n_corners),
                most = *std::max_element(size, size + n_corners);

@@ -6,9 +6,9 @@
 // are proved "apart":
 //   apart: the volume keeps its sign, or one coordinate of two sides has opposite signs throughout;
 //   meet:  the volume changes sign while one coordinate of all sides has the same sign throughout.
-// Bernstein coefficients bound a polynomial over a piece. Every comparison allows for the rounding
-// errors of its operands. The result is Open if rounding errors, very large or small numbers, or
-// the limits of the bisection prevent a proof.
+// Bernstein coefficients bound a polynomial over a piece. The tests of signs allow for rounding
+// errors. The result is Open if rounding errors, very large or small numbers, or the limits of the
+// bisection prevent a proof.
 #pragma once
 
 #include "core/collision/narrow_phase/continuous.h"

@@ -1,5 +1,5 @@
-// Arbitrary-precision integers for the few queries that floating point leaves undecided. They are
-// stored as sign and magnitude and have only the operations that low-degree polynomials need.
+// Arbitrary-precision integers for exact continuous collision detection. They are stored as sign
+// and magnitude and have the operations that low-degree polynomials need.
 #pragma once
 
 #include <algorithm>

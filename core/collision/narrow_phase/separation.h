@@ -12,8 +12,8 @@ namespace loomstone {
 
 inline constexpr int query_lanes = 8;
 
-// Eight queries in structure-of-arrays layout. Element x[i][k][q] is coordinate k of point i of
-// query q [m]. Points 0 to 3 are the positions of the four vertices at the start of the step, and
+// Eight queries in structure-of-arrays layout. Element x[i][k][q] is coordinate k [m] of point i of
+// query q. Points 0 to 3 are the positions of the four vertices at the start of the step, and
 // points 4 to 7 their positions at its end.
 struct alignas(64) QueryBatch {
   double x[8][3][query_lanes];

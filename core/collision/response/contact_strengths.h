@@ -33,8 +33,7 @@ ContactStrengths contact_strengths(const CollisionModel& model,
                                    const StrengthInputs& inputs);
 
 // Strengths of contacts whose positions and masses stay the same, while forces and anchors change.
-// The same strengths are usually needed at the end of a part of a step, in the report on it, and at
-// the start of the next part.
+// Strengths that are still valid are not computed again.
 class KnownStrengths {
  public:
   // Returns contact_strengths(). Between two calls of forget(), all calls must have the same

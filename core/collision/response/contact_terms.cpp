@@ -55,10 +55,10 @@ double steepest_gap(double thickness, double stiffness, double steepest) {
   return 0.5 * thickness * std::sqrt(std::min(1.0, stiffness / steepest));
 }
 
-// Evaluates the force law at the signed gap of an iterate. The law is extended linearly below a
-// tenth of the thickness (below the distance at the start if that is smaller), and wherever its
-// slope would exceed law.steepest. A finite force therefore pushes back an iterate that has passed
-// through the surface.
+// Evaluates the force law at the signed gap of an iterate. The law is extended linearly below the
+// larger of two gaps: steepest_gap(), and the smaller of a tenth of the thickness and the distance
+// at the start. A finite force therefore pushes back an iterate that has passed through the
+// surface.
 ContactForce force_at_gap(const ContactLaw& law, double gap) {
   const double tenth = std::min(0.1 * law.thickness, law.distance);
   const double linear =

@@ -32,7 +32,7 @@ struct ContactLaw {
 // Error of the friction of contacts. Errors of several ranks can be added in any order.
 struct FrictionError {
   enum { Wrong, Limit, Closing, n_sums };
-  // Sums over contacts: error of friction [N], largest friction [N], and number of contacts that
+  // Sums over contacts: error of friction [N], friction limit [N], and number of contacts that
   // would close.
   std::array<BinnedSum, n_sums> sums;
 
@@ -47,7 +47,7 @@ class ContactTerms {
  public:
   ContactTerms() = default;
   // Appends a term for each contact that has a positive share and acts on at least one of
-  // `inputs.rows`. `contacts` may omit contacts that act on none of them.
+  // `inputs.rows`. `contacts` may omit contacts that act on other rows only.
   ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
                const std::vector<Contact>& contacts, const ContactStrengths& strengths,
                ExtraTerms& terms);
@@ -75,8 +75,9 @@ class ContactTerms {
   // Linearises the terms again about the start of the step. The normal force after `displacement`
   // gives the friction limit. The slip after `displacement` gives the friction force and its secant
   // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. Returns
-  // the error that friction had in `terms` before the call, for terms that count. `inverse_mass` of
-  // cloth rows [1/kg] is used to predict the slip of contacts whose friction was too large.
+  // the sums of FrictionError over terms that count. The error is that of friction in `terms`
+  // before the call. `inverse_mass` of cloth rows [1/kg] is used to predict the slip of contacts
+  // whose friction was too large.
   FrictionError friction_at(const Team& team, const Points& displacement, double time,
                             const Vector& inverse_mass, ExtraTerms& terms) const;
 

@@ -140,7 +140,8 @@ class ContactFinder {
     return closest.distance;
   }
 
-  // Appends the contacts among the pairs of a list to `out`, and updates the distances in the list.
+  // Appends the contacts among the pairs of a list to `out`. Updates the distances and the cost of
+  // the list.
   void look(NeighbourList& list, std::vector<FoundContact>& out) const {
     list.cost += ListCosts::list;
     const double thickness = pairs_[list.pair].thickness;

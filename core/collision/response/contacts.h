@@ -1,4 +1,4 @@
-// Contacts of one configuration, the share of the force that each carries, and the force law.
+// Contacts of one configuration, their shares and stiffness, and the force law.
 #pragma once
 
 #include <vector>
@@ -30,7 +30,7 @@ struct ContactSearch {
 
 // Collective. Finds the contacts at x. Each rank computes the distances of the pairs in its lists
 // and of the unlisted pairs that it finds, and receives the contacts of all ranks. update() or
-// begin_update() of `lists` must have been called with x. Updates the distances in `lists`.
+// begin_update() of `lists` must have been called with x. Updates `lists`.
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          NeighbourLists& lists);
 // Collective. Returns the same contacts as the function above, but uses no lists. Instead, the
@@ -47,10 +47,10 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 // contact with this vertex, the contact has the share 0. If two faces are equally near, the one
 // with the smaller id counts as nearer. The remaining contacts of a vertex with faces of one
 // surface divide the force. One with normal n and force F has the share 1 / (1 + sum of max(0,
-// n.n')^2 min(1, F'/F)) over the others, with normals n' and forces F'. Shares of edge contacts
-// fade to 0 where the closest point approaches an end or the edges become parallel, because vertex
-// contacts take over there. Shares are constant within a step. Energies and derivatives are those
-// of the force law, scaled by the shares.
+// n.n')^2 min(1, F'/F)) over the others, with normals n' and forces F' (all at the same stiffness).
+// Shares of edge contacts fade to 0 where the closest point approaches an end or the edges become
+// parallel, because vertex contacts take over there. Shares are constant within a step. Energies
+// and derivatives are those of the force law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

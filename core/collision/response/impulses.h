@@ -66,8 +66,9 @@ class Impulses {
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
-  // of bodies. Stops after `most_sweeps` sweeps, or after a sweep in which every change of an
-  // impulse, times `normal_inverse_mass`, is less than `tolerance` times `scale` of its contact.
+  // of bodies and the accumulated impulses of contacts. Stops after `most_sweeps` sweeps, or after
+  // a sweep in which every change of an impulse, times `normal_inverse_mass`, is less than
+  // `tolerance` times `scale` of its contact.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

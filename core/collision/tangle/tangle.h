@@ -39,7 +39,7 @@ struct Retraction {
   // All vertices of the connected surface that the part has passed through.
   std::vector<Index> outer;
   int contour = -1;               // index of the first piercing of the contour
-  Vec3 point = Vec3::Zero();      // mean position of the contour [m]
+  Vec3 point = Vec3::Zero();      // mean point where edges of `inner` pierce `outer` [m]
   Vec3 direction = Vec3::Zero();  // unit direction in which `inner` moves relative to `outer`
   double depth = 0.0;  // mean width of the part: its area over the length of the contour [m]
 };
@@ -56,9 +56,9 @@ struct Tangle {
 
   bool empty() const { return piercings.empty(); }
   // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
-  // separate. Ignored pairs are features of two intersecting triangles, and pairs near a contour
-  // between a part that has passed through and another part. Two cloth features near a contour on a
-  // body or an obstacle are not such a pair.
+  // separate. Ignored pairs are features of two intersecting triangles and, near a contour,
+  // features of a part that has passed through and of another part. Two cloth features near a
+  // contour on a body or an obstacle are not such a pair.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };

@@ -107,8 +107,8 @@ std::vector<LimitPhases> LevelMembrane::take_phases() {
   return phases;
 }
 
-// Sets rates_ at the vertices of a level to their mean velocities since its last event, which took
-// place `step` [s] ago.
+// Sets rates_ at the vertices of a level to their mean velocities since the last event of the
+// level, `step` [s] ago.
 void LevelMembrane::find_rates(const Team& team, int level, const Points& x, double step) {
   const std::vector<Index>& list = vertices_of_[level];
   parallel_for(team, static_cast<Index>(list.size()), [&](Index i) {

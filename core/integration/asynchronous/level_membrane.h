@@ -1,6 +1,6 @@
 // Membrane whose triangles are sorted by the levels of nested steps, finest first. Each level is a
 // range of batches. The triangles that have an event at a tick are those of the finest levels, so
-// they are the first batches.
+// they form the first batches.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,8 @@ namespace loomstone {
 
 class LevelMembrane {
  public:
-  // Raises some entries of `levels` (m) so that the eight triangles of a batch have the same level.
+  // Raises entries of `levels` (m) where necessary, so that all triangles of a batch have the same
+  // level.
   LevelMembrane(const ClothModel& model, const ElementSteps& steps,
                 const std::vector<LimitModes>& limits, std::vector<std::uint8_t>& levels);
 
@@ -31,8 +32,9 @@ class LevelMembrane {
   // Returns the highest phases of the strain limits of each triangle (m) since the last call; empty
   // without limits.
   std::vector<LimitPhases> take_phases();
-  // Impulse on a vertex in an event of the levels >= first [N s]. Each triangle contributes its
-  // force and its fraction of the load (3) on the vertex, multiplied by the step of its level.
+  // Impulse on a vertex in an event of the levels >= first [N s]. Each triangle of these levels
+  // contributes its force plus its fraction of the load (3) on the vertex [N], multiplied by the
+  // step of its level.
   Vec3 impulse(Index vertex, int first, const double* load,
                const std::vector<double>& step_of) const {
     double sum[3] = {0.0, 0.0, 0.0};
@@ -67,7 +69,8 @@ class LevelMembrane {
   std::vector<Slot> slots_;  // triangles at each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
-  Points known_x_;  // positions at which the forces of all levels were last computed together
+  // Positions at which the forces of all levels were last computed together; unused if viscous.
+  Points known_x_;
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   // Used only if the membrane is viscous: the vertices of the triangles of each level, their
   // positions at the last event of that level, and (n x 3) mean velocities since then [m/s].

@@ -7,9 +7,9 @@ namespace loomstone {
 
 namespace {
 
-// Ratio of two bounds on strain: the present strain above which positions are corrected, divided by
-// the predicted strain above which velocities are corrected. In [Thomaszewski2010], these bounds
-// are 0.10 and 0.075.
+// Default ratio of two bounds on strain: the present strain above which positions are corrected,
+// divided by the predicted strain above which velocities are corrected. In [Thomaszewski2010],
+// these bounds are 0.10 and 0.075.
 constexpr double present_ratio = 4.0 / 3.0;
 
 LimitedCloth limited_cloth(const ClothModel& model) {
@@ -17,8 +17,9 @@ LimitedCloth limited_cloth(const ClothModel& model) {
           model.strain_limit_of, model.mass,      model.prescribed};
 }
 
-// Returns the bounds of a limit. If `bound` is given, it replaces all finite upper bounds. All
-// other bounds are multiplied by `scale`. Without shear_min, the bounds of shear are symmetric.
+// Returns the bounds of a limit. If `bound` is given, it replaces all finite upper bounds. The
+// other bounds are multiplied by `scale`. Without shear_min, the bounds of shear are symmetric: the
+// lower one is minus the upper one.
 limit::Bounds bounds_of(const StrainLimit& limit, bool edges, std::optional<double> bound,
                         double scale) {
   const auto most = [&](double e) { return std::isfinite(e) ? bound.value_or(scale * e) : e; };

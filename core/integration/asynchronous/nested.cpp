@@ -137,8 +137,8 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     return taken;
   }
 
-  // Updates plan_. The base depends only on the interval and the steps at rest, so a resumed run
-  // chooses the same base.
+  // Updates plan_. The base does not depend on the state of the cloth, so a resumed run chooses the
+  // same base.
   void make_plan(double interval, const Vector& steps) {
     if (interval != plan_.interval) {
       plan_ = {};

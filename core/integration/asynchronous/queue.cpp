@@ -95,7 +95,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     body_time_[body] = time;
     for (const Index i : bodies_.vertices(body)) time_[i] = time;
   }
-  // Adds the potential of strain limits. All lanes of a batch are the same triangle.
+  // Adds the potential of strain limits. All lanes of a batch contain the same triangle.
   void limit_membrane() {
     if (limits_.empty()) return;
     std::vector<LimitModes> spread;
@@ -103,7 +103,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     membrane_.add_limits(spread);
     entered_.assign(membrane::entered_stride * limits_.size(), 0);
   }
-  // Returns the highest phases of the strain limits at events and at the end of the interval.
+  // Returns the highest phases of the strain limits at events and at the end of the interval; empty
+  // without a limit potential.
   std::vector<LimitPhases> take_phases() {
     std::vector<LimitPhases> phases;
     if (limits_.empty()) return phases;

@@ -122,9 +122,10 @@ class DualTreeDescent {
     std::vector<double> positions, moments;
   };
 
-  // Classifies the candidates of a cell as far, near or deferred to its children. If two cells are
-  // not far apart, the larger is opened (the other one if the larger is a leaf), or both if they
-  // are equal. Two cells of the same tree thus interact in both directions or not at all.
+  // Classifies the candidates of a cell as far, near or deferred to its children. Two cells that
+  // are not far apart are near if both are leaves. If one is a leaf, the other is opened. If
+  // neither is a leaf, the one with the larger radius is opened, or both if the radii are equal.
+  // Two cells of the same tree thus interact in both directions or not at all.
   void sort(const Visit& visit, Scratch& s) const {
     const PointCell& mine = observers_.cells[visit.cell];
     s.open = visit.candidates;

@@ -1,8 +1,8 @@
-// Field at many points of a rigid source with many parts, from an octree of local expansions. The
-// tree is built once in the axes of the source and refined towards its parts. Each leaf cube has
-// one local expansion for the field of all parts except the nearest, from multipole-to-local
-// translations as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]). The nearest parts are
-// summed exactly, eight at a time.
+// Field of a rigid source with many parts, evaluated at many points by an octree of local
+// expansions. The tree is built once in the axes of the source and refined towards its parts. Each
+// leaf cube has one local expansion for the field of all parts except the nearest, from
+// multipole-to-local translations as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]). The
+// nearest parts are summed exactly, eight at a time.
 #pragma once
 
 #include "core/magnetics/fast_sums/source_groups.h"

@@ -25,8 +25,8 @@ struct PointTree {
   int levels = 0;
 };
 
-// Builds the tree of n > 0 points. Leaves contain at most `leaf_size` points. In the order of the
-// tree, all leaves except the last contain a multiple of eight points.
+// Builds the tree of n > 0 points. Leaves contain at most `leaf_size` >= 8 points. In the order of
+// the tree, all leaves except the last contain a multiple of eight points.
 PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size);
 
 }  // namespace loomstone

@@ -36,7 +36,7 @@ struct TaylorTables {
   std::vector<int> slim;                 // places with a z exponent of at most 1 (slim places)
   std::vector<int> slim_ends;            // number of slim places up to each degree
   std::vector<Power> powers;             // one for each place
-  std::vector<int> next[3];              // place with the exponent of an axis raised by one
+  std::vector<int> next[3];              // place with the axis' exponent raised by 1, -1 if none
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
   std::vector<Derivative> derivatives;   // one for each slim place
   std::vector<Trace> derivative_traces;  // one for each place with a z exponent of 2

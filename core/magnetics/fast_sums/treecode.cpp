@@ -37,7 +37,7 @@ constexpr double spare = 0.75;  // safety factor, as other dipole sets can have 
 // If the setting is not accurate enough, the test saves a whole pass.
 constexpr Index worth_a_look = 200000;
 
-// Returns a mark for each cell (cells): 1 if it contains any of the given rows, otherwise 0.
+// Returns 1 for each cell that contains any of the given rows, and 0 for the other cells.
 std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Index>& rows) {
   std::vector<std::uint8_t> wanted(tree.order.size(), 0), cells(tree.cells.size(), 0);
   for (const Index row : rows) wanted[row] = 1;

@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-constexpr double largest_turn = 0.1;  // of the tangent between output points, about [rad]
-// Largest turn of the tangent in a step, unless the step is shorter than the allowed error [rad].
-// The error of cubic interpolation is then 3e-4 of the radius of curvature.
+constexpr double largest_turn = 0.1;  // approximate largest turn between output points [rad]
+// Largest turn of the tangent in a step [rad]. It does not limit steps shorter than the allowed
+// error. At this turn, the error of cubic interpolation is 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
 // Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. The
 // limit matters for induced bodies: at distances below the size of a panel, the field shows the
@@ -31,9 +31,9 @@ constexpr std::array<std::array<double, 6>, 6> stages = {{
 constexpr std::array<double, 7> error_weights = {
     71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
-// Thickness of the layer around bodies with charged panels, as a fraction of their radius [1]. The
-// field so close to the surface shows the pattern of the panels, and lines would wind along their
-// borders. A line that enters the layer therefore ends at the nearest point of the surface.
+// Thickness of the layer around a body with charged panels, as a fraction of the body's radius [1].
+// The field so close to the surface shows the pattern of the panels, and lines would wind along the
+// borders of panels. A line that enters the layer therefore ends at the nearest surface point.
 constexpr double layer_thickness = 2e-3;
 
 struct Solid {
@@ -293,7 +293,7 @@ std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   return tracers;
 }
 
-// Joins the two directions from each seed into one line in the direction of B.
+// Joins the one or two tracers of each seed into one line in the direction of B.
 FieldLines joined(const std::vector<Tracer>& tracers) {
   FieldLines lines;
   lines.first.push_back(0);

@@ -12,7 +12,8 @@ namespace loomstone {
 
 // Reason why a line begins or ends at a point. A line that is traced only along the field begins at
 // its `seed`, and a line that is traced only against the field ends there. `length` is also the
-// reason if a line reaches the largest number of steps.
+// reason if a line reaches the largest number of steps. `no_field` is also the reason if the field
+// is not finite or the step becomes too small.
 enum class LineEnd : std::uint8_t { seed, body, left, closed, length, no_field };
 
 // Options of trace_field_lines().
@@ -47,8 +48,8 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
                              const LineSeeds& seeds, const LineOptions& options);
 
 // Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
-// of solid bodies, on a disc inside each loop and solenoid, and on a surface inside each closed
-// polyline. Seeds on solid bodies are traced along the field, others in both directions. Throws
+// of solid bodies, on discs inside loops and solenoids, and on surfaces that closed polylines
+// bound. Seeds on solid bodies are traced along the field, others in both directions. Throws
 // InvalidInput if `lines` < 1, if there are no such bodies or if no flux passes through them.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
@@ -56,8 +57,8 @@ LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, 
 // Returns the centre and radius [m] of a bounding sphere of all bodies.
 std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies);
 
-// Returns the depth (n) of each point below the surfaces of solid bodies [m]: the largest over all
-// bodies, negative outside, minus infinity if there are none.
+// Returns the depth (n) of each point below the surfaces of solid bodies [m]: the largest over
+// these bodies, negative outside all of them, minus infinity if there are none.
 Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
 }  // namespace loomstone

@@ -1,8 +1,8 @@
 // Seeds of field lines such that each line represents the same flux. Surfaces of solid bodies and
 // surfaces that span currents are divided into pieces. The pieces of each body are sorted along a
 // space-filling curve. The flux is then summed over the pieces of all bodies, except pieces where
-// it enters a solid body and pieces inside another body. Line k of n begins at the piece where the
-// sum reaches the fraction (k + 1/2) / n of the total flux.
+// it enters a solid body and pieces inside another body. Seed k = 0 ... n - 1 lies on the piece at
+// which the sum reaches the fraction (k + 1/2) / n of the total flux.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -46,8 +46,8 @@ std::vector<Piece> disc_pieces(double radius, int n) {
   return pieces;
 }
 
-// Returns lattices of pieces on the panels: about n pieces in total, or one on each panel if there
-// are more panels. The number of pieces on a panel is nearly proportional to its area.
+// Returns lattices of pieces on the panels. The number of pieces on a panel is about n times its
+// fraction of the total area, but at least 1, and can be larger on small elongated panels.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());

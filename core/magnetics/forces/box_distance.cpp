@@ -67,8 +67,8 @@ double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
   for (int iteration = 0; iteration < 64; ++iteration) {
     const double square = point.squaredNorm();
     const Vec3 next = support(point);
-    // point . next / |point| is a lower bound of the distance. A relative tolerance of 1e-6 is far
-    // finer than the callers need.
+    // point . next / |point| is a lower bound of the distance. A relative tolerance of 1e-6
+    // suffices for the callers.
     if (square - point.dot(next) <= 1e-6 * square || simplex.n == 4) break;
     simplex.points[simplex.n++] = next;
     const Vec3 better = nearest(simplex);

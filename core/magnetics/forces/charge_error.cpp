@@ -37,8 +37,8 @@ double calibrated(double difference, double force, double gap) {
 // Returns the factor by which the estimate is multiplied if both bodies are induced, because both
 // charges then have errors. The charge opposite the edges of the other body varies at the scale of
 // the gap, within panels that are not refined there. If the edges of the bodies are parallel and
-// the gap is less than 2.5 times the width of the widest panel, the errors add up along whole
-// edges. The factors were fitted like those of calibrated().
+// the gap is less than 2.5 times the width (square root of the area) of the largest panel of `on`,
+// the errors add up along whole edges. The factors were fitted like those of calibrated().
 double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   constexpr double usual = 2.5, along_edges = 5.0, wide = 2.5, parallel = 1e-3;
   const auto box = on.source->box(), other = by.source->box();

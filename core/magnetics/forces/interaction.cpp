@@ -18,7 +18,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns the force on the dipoles of `on` and its torque about the centre, in world axes.
+// Returns the force on the dipoles of `on` and the torque about the centre of `on`, in world axes.
 Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   const DipoleSet& set = *on.source->dipoles();
   const Mat3 rotation = rotation_matrix(on.pose.orientation);
@@ -39,7 +39,7 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Moves points inside a solid body to the nearest points just above its surface.
+// Applies moved_outside() of a solid body to points in world axes (n x 3) [m].
 void move_outside(const MagneticBody& solid, Points& x) {
   const Mat3 rotation = rotation_matrix(solid.pose.orientation);
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -49,7 +49,8 @@ void move_outside(const MagneticBody& solid, Points& x) {
   }
 }
 
-// Returns the force on the surface charge of `on` and its torque about the centre, in world axes.
+// Returns the force on the surface charge of `on` and the torque about the centre of `on`, in world
+// axes.
 Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   const std::vector<PanelSample> charges = on.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);

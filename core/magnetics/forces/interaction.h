@@ -2,10 +2,10 @@
 // the field of the other. The reaction on the other body follows from the balance of linear and
 // angular momentum, which therefore holds up to rounding errors.
 //
-// Dipoles, cells and spheres need no integral, and parallel cuboids have a closed form. Induced
-// bodies are integrated over samples of their charge, and other bodies over their panels. Bodies
-// that overlap slightly, as rigid bodies in contact do, attract or repel each other as if they
-// touched; overlap.h finds overlaps.
+// Dipoles, cells and hard spheres need no integral, and parallel cuboids have a closed form.
+// Induced bodies are integrated over samples of their charge, and other bodies over their panels.
+// Bodies that overlap slightly, as rigid bodies in contact do, attract or repel each other as if
+// they touched; overlap.h finds overlaps.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
@@ -34,13 +34,13 @@ struct KnownField {
 };
 
 // Returns the wrench on every body exerted by all others. With the exceptions of magnetic_wrench(),
-// the estimated error of each pair is at most `tolerance` times the largest force in the system, or
-// times its own force or torque / radius if that is larger. Single dipoles, which include spheres,
-// interact by one direct sum. Their forces with another body follow from the field of that body at
-// all single dipoles. Results do not depend on the number of threads or on `known`, whose fields
-// are not computed again. `carrier` (optional) is the index of the rigid body that carries each
-// magnet. Forces between magnets on one carrier are omitted, except those between single dipoles,
-// which cancel in the carrier's total.
+// the estimated error of each pair is at most `tolerance` times the largest force that a rough
+// first pass finds, or times its own force or torque / radius if that is larger. Single dipoles,
+// which include hard spheres, interact by one direct sum. Their forces with another body follow
+// from the field of that body at all single dipoles. Results do not depend on the number of threads
+// or on `known`, whose fields are not computed again. `carrier` (optional) is the index of the
+// rigid body that carries each magnet. Forces between magnets on one carrier are omitted, except
+// those between single dipoles, which cancel in the carrier's total.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

@@ -30,7 +30,7 @@ struct PanelIntegral {
 };
 
 // Number of field evaluations in one integral above which panels are no longer bisected. The
-// current value and its error are then returned.
+// current value and its error are then returned. Parts of lines count like parts of faces.
 inline constexpr Index most_evaluations = 2000000;
 
 // Source whose field is integrated, and the panels over which it is integrated.

@@ -104,8 +104,9 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
 
 // Number of values per soft sphere: position (3), radius, norm of the moment, mobility.
 constexpr int sphere_rows = 6;
-// If two spheres are farther apart than this multiple of the sum of their radii, the bound
-// 24 mu0/4pi m m' / r^5 for any two dipoles m and m' replaces their largest restoring stiffness.
+// If the distance between the centres of two spheres is at least this multiple of the sum of their
+// radii, the bound 24 mu0/4pi m m' / r^5 for any two dipoles m and m' replaces the largest
+// restoring stiffness of the spheres.
 constexpr double neighbours = 1.6;
 
 // Returns an upper bound of the amount by which all spheres far from sphere i raise its squared

@@ -1,6 +1,5 @@
 // GMRES, the generalised minimal residual method [Saad1986], for operators given as functions. It
-// does not restart, because the systems of bodies that magnetise one another are close to the
-// identity, and because a product with the operator costs far more than orthogonalisation.
+// does not restart, because a product with the operator costs far more than orthogonalisation.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +22,7 @@ struct GmresResult {
 // `tolerance` times the norm of the right side, or after `most` steps. `start` is the initial guess
 // (warm start); if it is empty, the guess is zero. The guess is returned unchanged if its residual
 // is at most (1 + 1e-6) times the tolerance, because rounding may lift the residual of a converged
-// solution slightly above the tolerance.
+// solution slightly above the tolerance. `residual` is then at most the tolerance.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
                   const Vector& start = {}) {

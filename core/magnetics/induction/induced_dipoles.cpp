@@ -58,7 +58,7 @@ LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, co
 }
 
 // The operator T, which maps the moments of the spheres to their fields at one another. It is
-// applied to many moments at the same positions.
+// applied to many sets of moments at the same positions.
 class MutualField {
  public:
   MutualField(const Team& team, const Points& positions) : team_(team), positions_(positions) {

@@ -1,5 +1,6 @@
-// Fluxes of the charge on one body through the panels of another. Each pair of near clusters uses a
-// stored matrix. Far clusters interact by nodes; see panel_clusters.h.
+// Fluxes of the charge on one body through the panels of another, for each pair of
+// interacting_grids(). Each pair of near clusters uses a stored matrix. Far clusters interact by
+// nodes; see panel_clusters.h.
 #pragma once
 
 #include <memory>
@@ -13,8 +14,9 @@ class MutualFluxes {
  public:
   // `pose` is the pose of `on` in the axes of `by`.
   MutualFluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by);
-  // Adds the flux of the charges of `by` through each panel of `on` to `fluxes` [T m^2]. `charges`
-  // contains mu0 sigma [T] times PanelGrid::share.
+  // Adds to `fluxes` [T m^2] the flux through each panel of `on`, due to the charges on the grid of
+  // `by` that interacts with the panel's grid. `charges` contains mu0 sigma [T] times
+  // PanelGrid::share. The flux is divided by GridPair::share.
   void add(const Team& team, const Vector& charges, Vector& fluxes) const;
 
  private:

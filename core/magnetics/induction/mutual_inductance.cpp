@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of levels of refinement. Each level doubles the number of points along the length of a
-// winding and around it. The first has 16 points around the winding, and the last has 512.
+// Number of levels of refinement. Each level doubles the number of points around the winding and,
+// for a solenoid, along its length. The first has 16 points around the winding, the last has 512.
 constexpr int finest = 6;
 
 // A winding about its own z axis, with turns in |z| <= length / 2.
@@ -42,9 +42,9 @@ struct Path {
 };
 
 // Adds to `sum` the integrals of the vector potential of `by` and of its norm along the circle of
-// the path at the height z. The circle is divided into `around` equal arcs, and the potential is
-// evaluated at the middle of each arc. `share` is the length of an arc times the current that the
-// circle represents [A m].
+// the path at the height z, times the current that the circle represents. The circle is divided
+// into `around` equal arcs, and the potential is evaluated at the middle of each arc. `share` is
+// the length of an arc times this current [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
@@ -68,9 +68,9 @@ void add_circle(const Path& path, double z, int around, double share, const Sour
   }
 }
 
-// Returns the integrals of the vector potential of `by` and of its norm along the winding of `on`.
-// The winding is represented by circles: its length is divided into `parts` sections, and each
-// section has circles at 8 Gauss points. A loop is a single circle.
+// Returns the integrals of the vector potential of `by` and of its norm along the winding `on`,
+// times its current. The winding is represented by circles: its length is divided into `parts`
+// sections, and each section has circles at 8 Gauss points. A loop is a single circle.
 Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int around,
                 int parts) {
   const Path path{on, pose, rotation_matrix(pose.orientation)};

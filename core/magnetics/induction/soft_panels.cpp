@@ -238,8 +238,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
     fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
-  // A focus concentrates the cells of an edge opposite the magnet. Errors of coarse grids are then
-  // not of second order, so the coarser of two grids has at least three quarters of `cells`.
+  // A focus concentrates the panels opposite the magnet. Errors of coarse grids are then not of
+  // second order, so the coarser of two grids has at least three quarters of `cells`.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const auto panels = [&](int count) { return cuboid_panels(size, count, focus); };

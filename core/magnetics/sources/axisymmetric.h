@@ -17,8 +17,8 @@
 // sheet. That of the charge on the side is expressed by complete elliptic integrals.
 //
 // At points closer than 1e-12 radii to a surface, the field is the limit from outside. On a rim or
-// wire, the field is infinite. Points closer to a rim or wire than 1e-15 radii are evaluated at
-// that distance.
+// wire, the field is infinite. Points closer than 1e-12 radii to the side of a cylinder or
+// solenoid, or than 1e-15 radii to the wire of a loop, are therefore evaluated at that distance.
 #pragma once
 
 #include "core/magnetics/sources/source.h"

@@ -15,8 +15,8 @@
 
 namespace loomstone {
 
-// One of several grids on the surface of a body. Richardson extrapolation superposes their charges,
-// each multiplied by the grid's weight `share`.
+// A grid on the surface of a body. Richardson extrapolation superposes the charges of several
+// grids, each multiplied by the grid's weight `share`.
 struct PanelGrid {
   Index begin = 0, end = 0;  // range of its panels in the set
   double share = 1.0;

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Smallest distances from a face and from an edge at which the field is evaluated, in units of half
-// the diagonal.
+// Smallest distance from the plane of a face at which the field is evaluated, and a lower bound of
+// the distances from edges and corners, in units of half the diagonal.
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in

@@ -236,9 +236,9 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         const Vec3 corners[3] = {c[i], c[j], c[k]};
         result.push_back(make_panel(corners, 3));
       };
-      // The diagonals alternate, and so do the corners at which quadrature rules collapse. The
-      // panels are thus symmetric about z = 0 and about the vertical planes through opposite
-      // edges of the prism.
+      // The diagonals alternate, so the panels are symmetric about z = 0 and about the vertical
+      // planes through opposite edges of the prism. The corners at which quadrature rules collapse
+      // alternate, too, so quadrature points are symmetric about these vertical planes.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)

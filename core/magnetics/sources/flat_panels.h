@@ -41,7 +41,7 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
 // faces, for magnets nearby. Closer to the middle than `focus`, panels are nearly equal in size.
-// Farther out, their size grows in proportion to the distance.
+// Farther out, their size grows with the distance, until they are refined towards the edges.
 //
 // The first n/8 of the n panels lie in the octant x, y, z > 0. Panel s n/8 + i is the mirror image
 // of panel i along the axes whose bits are set in s.

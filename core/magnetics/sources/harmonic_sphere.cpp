@@ -219,10 +219,11 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The error is the highest degree, an empirical factor, times the sum of a geometric series that
-// continues the terms. The sum is the last term times r / (1 - r). The ratio r is the square of
-// |last term| / |term before it|, because the contribution of a term to the force is proportional
-// to the square of its norm. If there is only one degree, the error is its term.
+// The error is the sum of a geometric series that continues the terms of the charge, multiplied by
+// the highest degree (an empirical factor). The sum is the last term times r / (1 - r). The ratio r
+// is the squared norm of the coefficients of the last degree over that of the degree before it,
+// because the contribution of a degree to the force is proportional to this square. If there is
+// only one degree, the error is its term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

@@ -18,10 +18,10 @@ class MultipoleExpansion {
  public:
   // Distance in radii beyond which a Polyhedron uses the expansion.
   static constexpr double near = 4.0;
-  static constexpr int degree = 24;  // truncation error at `near` radii: 4^-25 = 1e-15
+  static constexpr int degree = 24;  // scale of the truncation error at `near` radii: 4^-25
 
-  // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions lie
-  // inside the sphere of `radius` [m] about the origin.
+  // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions must
+  // lie within `radius` [m] of the origin.
   MultipoleExpansion(const Points& positions, const Vector& charges, double radius);
 
   // Returns the expansion of dipoles. `moments` (n x 3) are mu0 times dipole moments [T m^3].
@@ -29,8 +29,8 @@ class MultipoleExpansion {
                                        double radius);
 
   // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is of the
-  // order of 1e-6 at 2 radii, and at the level of rounding beyond `near` radii. Values closer than
-  // 2 radii are meaningless.
+  // order of 1e-6 at 2 radii and of 1e-14 at `near` radii. Values closer than 2 radii are
+  // meaningless.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;
 

@@ -54,7 +54,7 @@ class Source {
   // Computes the symmetric gradient of mu0 H [T/m] at one block of points. Throws InvalidInput
   // unless steady().
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
-  // Computes field and gradient in one pass. The results are bit-identical to those of two separate
+  // Computes field and gradient together. The results are bit-identical to those of two separate
   // calls.
   virtual void field_and_gradient_block(const double* points, Index n, Quantity quantity,
                                         double* field, double* gradient) const {
@@ -84,8 +84,8 @@ class Source {
   virtual std::vector<Panel> panels() const { return {}; }
   // Returns the whole surface of a solid body, including panels without charge; empty for a sphere.
   virtual std::vector<Panel> surface() const { return {}; }
-  // Returns true for a body with induced surface charge. charges() then samples this charge densely
-  // enough for integration; for other sources it is empty.
+  // Returns true for a body with induced surface charge. charges() then returns quadrature points
+  // of this charge; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
   // Returns the estimated errors of the first entries of charges() [A m]. The remaining entries

@@ -55,9 +55,9 @@ struct HarmonicRecurrence {
 };
 const HarmonicRecurrence& harmonic_recurrence();
 
-// Multipole-to-local translation along the z axis. It computes the coefficients L about one
-// sphere's centre from the charge coefficients c of another. Both centres lie on the common z axis
-// of their frames.
+// Multipole-to-local translation along the z axis. add() adds to `target` the coefficients L about
+// the centre of one sphere, computed from the coefficients c of another (`source`). Both centres
+// lie on the common z axis of their frames.
 class CoaxialTranslation {
  public:
   // `height` is z of the source's centre minus z of the target's centre [m]. Radii are in m.

@@ -7,7 +7,7 @@
 
 namespace loomstone {
 
-// A block of points, and the output arrays of `components` values per point.
+// A block of points, and the output arrays of `components` (at most 6) values per point.
 struct PointBlock {
   const double* points;
   Index n;

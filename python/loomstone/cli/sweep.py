@@ -60,9 +60,9 @@ def sweep(
 
     Each run has a directory of its own in --out. table.csv has the parameters of each finished run
     and numbers from its report; figures.png plots some of these numbers. If a sweep is
-    interrupted, the same command continues it: finished runs are kept, and others are resumed. More
-    values may be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md
-    describes how to run a sweep on a cluster.
+    interrupted, the same command continues it: finished runs are kept, and the other runs are
+    resumed or started. More values may be added. The exit code is 1 if a run fails; the output of
+    each run is in its log.txt. docs/cluster.md describes how to run a sweep on a cluster.
 
     \b
         loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
@@ -97,7 +97,7 @@ def sweep(
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:
-    """Claims the directory of a sweep, and tells a duration that is no whole number of frames."""
+    """Claims the directory; prints a message if the duration is no whole number of frames."""
     claim(target, {"scene": file.source, **given}, besides=Path(scheduler or "").name)
     duration = file.duration if given["duration"] is None else given["duration"]
     if told := told_of_part_frame(duration, file.rate if given["rate"] is None else given["rate"]):
@@ -111,7 +111,7 @@ def _follow(
 
     Returns the points of the runs that failed, with their exit codes.
 
-    If a signal ends the sweep, exits with 128 plus the number of the signal.
+    If `ends` raises Interrupted, raises typer.Exit with 128 plus the number of the signal.
     """
     failed: list[tuple[Point, int]] = []
     began, done = time.perf_counter(), 0

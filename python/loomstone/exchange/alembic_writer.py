@@ -50,7 +50,7 @@ def write_alembic(path: Path, clip: Clip) -> None:
 
 
 class _Mesh:
-    """The mesh of a surface, below the transform node that moves it."""
+    """The mesh of a surface, and the transform node above it."""
 
     def __init__(self, parent: Any, surface: Surface, motion: Motion, sampling: int) -> None:
         geometry = imported("alembic3d.AbcGeom", "abc")

@@ -79,7 +79,7 @@ def _together(name: str, parts: list[Part]) -> Part:
 
 
 def mesh_at_rest(path: Path) -> TriangleMesh:
-    """Reads all meshes of a file as one mesh, in the first frame (USD) or the rest pose (glTF)."""
+    """Reads the meshes of a file as one mesh, in the first frame (USD) or the rest pose (glTF)."""
     parts, _ = read_parts(path, rate=None, animation=None)
     whole = joined(path, parts, None)
     try:

@@ -49,7 +49,7 @@ class Clip:
 
     @property
     def largest_size(self) -> int:
-        """Upper bound on the size [bytes] of a binary USD or Alembic file.
+        """Estimated upper bound on the size [bytes] of a binary USD or Alembic file.
 
         A glTF file can be larger: each deforming surface adds about frames^2 weights of 4 bytes.
 

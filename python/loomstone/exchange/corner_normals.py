@@ -32,7 +32,10 @@ def corner_normals(points: Floats, triangles: Indices, crease: float = 40.0) -> 
 
 
 def _pairs_around_vertices(triangles: Indices) -> tuple[Indices, Indices]:
-    """Returns all pairs of corners that share a vertex, and the pair of each corner with itself."""
+    """Returns all ordered pairs of corners with the same vertex, as two arrays.
+
+    They include the pair of each corner with itself.
+    """
     vertex = triangles.reshape(-1)
     order = np.argsort(vertex, kind="stable")
     _, first, count = np.unique(vertex[order], return_index=True, return_counts=True)

@@ -149,7 +149,10 @@ def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indice
 
 
 def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int64], Floats]:
-    """Returns the joints (n x k) of each vertex, and their weights (n x k): of sum 1, or all 0."""
+    """Returns the joints (n x k) of each vertex, and their weights (n x k).
+
+    If the weights of a vertex have a positive sum, they are scaled to the sum 1.
+    """
     joints, shares = [], []
     for number in range(8):
         index = getattr(attributes, f"JOINTS_{number}", None)

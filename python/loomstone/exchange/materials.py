@@ -36,7 +36,7 @@ def write_materials(directory: Path, surface: Surface) -> list[Path]:
     written = [directory / library_name(surface)]
     for number, color in enumerate(surface.colors):
         textured = surface.texture is not None and number == 0
-        # Most programs multiply the image by the colour, so a textured material is white.
+        # Programs may multiply the image by the colour, so a textured material is white.
         shown = np.ones(3) if textured else color
         lines.append(f"newmtl {_name(surface, number)}")
         lines.append("Kd " + " ".join(f"{channel:.6g}" for channel in shown))

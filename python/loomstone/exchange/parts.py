@@ -29,7 +29,7 @@ _MOST = 100_000  # largest number of intervals between the samples of a motion
 
 @dataclass(frozen=True)
 class Part:
-    """One mesh of a file in world space, with z up."""
+    """A mesh over time in world space, with z up."""
 
     name: str
     triangles: Indices  # (m x 3)

@@ -26,7 +26,7 @@ def parse_frames(text: str, count: int) -> range:
 
 
 def selected(count: int, frames: range | None, every: int) -> range:
-    """Returns every `every`-th of the given frames of a run that has `count` frames.
+    """Returns every `every`-th of the given frames (None: all) of a run that has `count` frames.
 
     Raises CacheError if the run has no frames, and InvalidInput if `frames` is not an ascending
     range of indices of its frames or `every` is out of range.

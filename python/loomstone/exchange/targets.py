@@ -1,4 +1,4 @@
-"""The file or directory that an export writes. It replaces another only on request."""
+"""The file or directory that an export writes."""
 
 from __future__ import annotations
 

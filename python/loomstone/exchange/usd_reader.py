@@ -46,7 +46,7 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
 
 
 def _reason(error: Exception) -> str:
-    """Returns the last message in an error of usd-core, without the source line that it names."""
+    """Returns the last message in an error of usd-core, or the end of its text if none is found."""
     text = " ".join(str(error).split())
     messages = re.findall(r"at line \d+ in file \S+ : '(.*?)'(?= Error in |$)", text)
     return messages[-1] if messages else text[-200:]
@@ -67,7 +67,7 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 
 
 def _visible(stage: Any) -> Any:
-    """Yields all prims except invisible ones, guides and proxies; includes those in instances."""
+    """Yields the visible prims except guides and proxies; includes those in instances."""
     usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
     hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
     for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
@@ -101,7 +101,7 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 
 
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
-    """Raises InvalidInput unless a skin has a skeleton with its joints.
+    """Raises InvalidInput unless a skin is bound to a skeleton and has valid joint indices.
 
     If the skeleton has poses, there must be one per joint.
 

@@ -1,12 +1,12 @@
 """Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
 Each mode of deformation is described by a stiffness and, except bending, a limit: the strain at
-which the measured curve reaches a given load (usually 100-200 gf/cm; default 150 gf/cm). The shear
-limit can also be given directly. The stiffness is fitted to the curve up to the limit, by least
+which the measured curve reaches a given load (default 150 gf/cm). The shear limit can also be given
+directly. The stiffness is fitted to the curve up to the limit, by least
 squares in closed form. In equilibrium, the load P or the moment M per width of the model is
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no transverse load
-    shear:       P = G g,  g = tan(angle)                 simple shear, g the engineering shear
+    shear:       P = G g,  g = tan(angle)                 engineering shear g, to first order
     bending:     M = B k
 
 The shear limit is given as the component e12 of U - I, which is g / sqrt(4 + g^2) in a simple shear
@@ -54,7 +54,7 @@ def fit(
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1]; None: that at `load`, which shear tests rarely reach
+    shear_limit : largest e12 [1]; None: that at `load`
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
     numbers, strain does not increase, fewer than four points up to the limit differ from 0, or
@@ -184,7 +184,7 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
 
 
 def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floats]:
-    """Checks a curve; returns its two columns in SI units, with the tangents of shear angles."""
+    """Checks a curve; returns its two columns in SI units. Shear angles become their tangents."""
     if not isinstance(curve, (tuple, list)) and np.ndim(curve) == 2 and np.shape(curve)[1] == 2:
         curve = tuple(np.asarray(curve).T)
     if not isinstance(curve, (tuple, list)) or len(curve) != 2:

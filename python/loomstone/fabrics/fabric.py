@@ -19,7 +19,7 @@ class ModeFit:
     """The fit of one mode of deformation to a measured curve.
 
     stiffness : stiffness [N/m], or bending rigidity [N m]
-    limit : largest strain that the fit allows [1]: e12 for shear, inf for bending
+    limit : strain limit [1]: e12 for shear, inf for bending
     misfit : root mean square deviation from the curve, relative to its largest load [1]
     points : number of points of the curve that were used
     """
@@ -39,7 +39,7 @@ class Fabric(ClothMaterial):
     name, use, composition, construction : descriptions in words
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
     source, licence : source of the numbers and its licence
-    caveats : limitations of the numbers, one sentence each
+    caveats : limitations of the numbers
     band : published range of the drape coefficient [%] of similar fabrics, or None
     fits : fit of each mode of deformation by name ("weft"), for fabrics made by fit_fabric
     """
@@ -166,7 +166,7 @@ class Fabric(ClothMaterial):
         """Returns plain values for JSON: the fields of material and fabric, and `bending_bias`.
 
         `bending_bias` is the rigidity of a strip on the bias [N m], or 0 if `bending_weft` is 0. An
-        unknown limit is None.
+        infinite limit is None.
         """
         band = self.band
         about = self._about | {

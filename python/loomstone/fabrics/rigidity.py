@@ -38,13 +38,14 @@ def bending_from_strips(
 
     weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or
         quantities with a unit. Without `bias`, the twisting rigidity is estimated from weft and
-        warp by Huber's relation for orthotropic plates, (sqrt(D11 D22) - D12) / 2. The rigidity of
-        a bias strip is then 0.72 to 1.29 times the measured one for the fabrics of ls.fabrics.
+        warp by Huber's relation for orthotropic plates, (sqrt(D11 D22) - D12) / 2. For the fabrics
+        of ls.fabrics, this gives 0.72 to 1.29 times their rigidity on the bias.
     poisson : Poisson ratio of bending: minus the ratio of transverse to longitudinal curvature of a
         strip along weft [1]; near 0 for fabrics
 
-    Raises InvalidInput if no plate has strips with these rigidities: |poisson| must be below
-    sqrt(weft / warp), and 4 / bias must exceed 1 / weft + 1 / warp - 2 poisson / weft.
+    Raises InvalidInput if a rigidity is not positive, or if no plate has strips with these
+    rigidities: |poisson| must be below sqrt(weft / warp), and 4 / bias must exceed
+    1 / weft + 1 / warp - 2 poisson / weft.
 
     >>> import loomstone as ls
     >>> bending = ls.fabrics.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6)

@@ -39,7 +39,7 @@ class Band:
 class Row:
     """Description and numbers of a fabric, with its Poisson ratio nu12 [1] and density [kg/m^2].
 
-    source, band : keys of SOURCES and BANDS; band is "" if no range is published
+    source, band : keys of SOURCES and BANDS; band is "" if no range is given
     weft, warp : Young's modulus along weft and warp times thickness [N/m]
     shear : shear modulus times thickness, the load per engineering shear [N/m]
     bending : rigidities of strips cut along weft, along warp and on the bias [N m]
@@ -271,8 +271,8 @@ class Level:
 
 
 # The bending rigidities are the percentiles 5, 25, 50, 75 and 95 of 618 fabrics measured along warp
-# [Feng2022]. Stiffness and limits are our choice, and their ranges include most values in FABRICS.
-# Figure 3.5 of [Thomaszewski2010] shows limits of 2, 5 and 15 %.
+# [Feng2022]. Stiffness and limits are our choice. Figure 3.5 of [Thomaszewski2010] shows limits
+# of 2, 5 and 15 %.
 LEVELS = {
     "very soft": Level(50.0, 0.30, 20.0, 0.30, 1.1e-6),
     "soft": Level(150.0, 0.15, 40.0, 0.20, 4.1e-6),

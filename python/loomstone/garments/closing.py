@@ -25,7 +25,7 @@ __all__ = ["close_seams"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-REACH = 0.03  # gap above which the force between two vertices stays constant [m]
+REACH = 0.03  # gap above which the spring force between two vertices is constant [m]
 # The seams are closed if the largest gap, divided by the mean edge, is at most SHUT, or at most
 # SHUT_AT_REST once gaps no longer shrink [1].
 SHUT, SHUT_AT_REST = 0.15, 0.5
@@ -59,9 +59,9 @@ def close_seams(
 
     Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest at no
     more than half a mesh edge: where three panels meet, thickness keeps them apart. Joined vertices
-    are then welded at their mean position. Raises SolverFailure naming the widest seam if seams
-    stay open, and InvalidInput if the pattern cannot be sewn or the sewn garment would intersect
-    itself.
+    are then welded at their mean position, and the strain is reduced. Raises SolverFailure naming
+    the widest seam if seams stay open, and InvalidInput if the pattern cannot be sewn or the sewn
+    garment would intersect itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):

@@ -54,7 +54,7 @@ class Edge:
         return float(np.linalg.norm(np.diff(self.curve(), axis=0), axis=1).sum())
 
     def curve(self) -> Floats:
-        """Returns the edge as a fine polyline (k x 2) [m]."""
+        """Returns the edge as a polyline (k x 2) [m], which approximates curves."""
         control = np.array(self.points, float)
         t = np.linspace(0.0, 1.0, FINE + 1)[:, None]
         fine: Floats
@@ -181,7 +181,7 @@ def _edge(name: str, kind: str, points: Any) -> Edge:
 
 
 def _circle(points: Floats, name: str = "") -> tuple[Floats, float, float, float]:
-    """Returns centre, radius [m], first angle and signed sweep [rad] of an arc by three points."""
+    """Returns centre, radius [m], first angle and signed sweep [rad] of an arc through 3 points."""
     a, b, c = points
     system = 2.0 * np.array([b - a, c - a])
     determinant = float(np.linalg.det(system))

@@ -29,7 +29,7 @@ class Panel:
         are notches of the outline.
     holes : closed loops of edges, clockwise, so that cloth lies on their left, as for the outline.
         A round hole is a single edge, made by circle(). Triangles around a hole that is narrower
-        than two mesh edges have smaller angles than elsewhere.
+        than two mesh edges may have smaller angles than elsewhere.
     grain_degrees : direction of the warp relative to the panel's y axis, counter-clockwise
         [degrees]
     place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x

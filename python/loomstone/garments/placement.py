@@ -1,6 +1,6 @@
 """Initial placement of panels: maps from the plane of a panel to space.
 
-All maps except Ribbon keep lengths (Plane, if `across` and `up` are perpendicular unit vectors).
+Cylinder and Cone keep lengths, as does Plane if `across` and `up` are perpendicular unit vectors.
 Seen from outside the garment, a panel's x axis points right and its y axis points up. The cross
 product of x and y points outward.
 """

@@ -38,7 +38,7 @@ class Seam:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Panels and the seams between them, which `garment` sews.
+    """Panels and their seams, which `garment` sews.
 
     seams : seams, each a Seam or a pair of names "panel.edge"
     """
@@ -80,9 +80,8 @@ class Pattern:
     def check(self, ease: float) -> None:
         """Raises InvalidInput if the pattern cannot be sewn.
 
-        This is the case if two panels have the same name, if edges are unknown or sewn twice, if
-        the lengths of sewn edges differ by more than the fraction `ease`, or if panels are not
-        connected.
+        Examples are two panels with the same name, edges that are unknown or sewn twice, sewn edges
+        whose lengths differ by more than the fraction `ease`, and panels that are not connected.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")

@@ -124,7 +124,7 @@ def garment(
 
     panels, seams : panels with seams (Seam or pairs of "panel.edge"), or one Pattern
     triangles : total number of triangles, as an alternative to `edge`; the result may differ from
-        it by about one per panel
+        it slightly
     edge : mean edge length [m]. Angles usually exceed 25 degrees if no panel is narrower than an
         edge and no corner of an outline is below 55 degrees.
     ease : largest difference in length of two sewn edges, relative to the longer one [1]

@@ -29,15 +29,15 @@ GATHERED = 0.75
 def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
     """Reads a garment: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern [m].
 
-    Sewn meshes are .obj or .ply files. If the panels of a pattern would intersect when they are
-    welded directly, `close_seams` sews them.
+    Sewn meshes are .obj or .ply files. Patterns are sewn by `garment` or, if the result would
+    intersect itself, by `close_seams`.
 
     triangles : total number of triangles for a pattern, by default 6,000; not allowed for a sewn
         mesh, which keeps its triangles
     seed : seed of the triangulation of a pattern
 
-    Raises CacheError if the file cannot be read, InvalidInput if it contains no garment, and
-    SolverFailure if seams of a pattern stay open.
+    Raises CacheError if the file cannot be read, InvalidInput if it contains no garment or its
+    pattern cannot be sewn, and SolverFailure if seams of a pattern stay open.
     """
     path = Path(path)
     if path.suffix.lower() == ".json":

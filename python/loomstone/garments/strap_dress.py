@@ -39,10 +39,10 @@ def dress(
 ) -> Garment:
     """A sleeveless dress: a bodice of five panels, a skirt of six gores, and two straps over a bar.
 
-    triangles : total number of triangles, at least 200; the result may differ from it by up to 13
+    triangles : total number of triangles, at least 200; the result may differ from it slightly
     bust, waist, hem : circumferences [m]; the bust is 0.2 m from the waist along the cloth
     skirt : length of the skirt along the cloth [m]
-    bar_radius : radius of the bar along x, at least 4 mm below the straps [m]; 0.015 to 0.05
+    bar_radius : radius of the bar [m], whose axis is the x axis; 0.015 to 0.05
     seed : seed of the triangulation
 
     Bodice and skirt start as cones, with little strain. The front faces -y. Groups are

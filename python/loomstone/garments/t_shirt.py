@@ -41,7 +41,7 @@ def tshirt(
 
     The hem lies near z = 0, and the front faces -y.
 
-    triangles : total number of triangles; the result may differ from it by up to 4
+    triangles : total number of triangles; the result may differ from it slightly
     chest : circumference of the chest [m]
     length : length from the shoulder next to the neck to the hem [m]
     sleeve : length of the sleeve below the armhole [m]

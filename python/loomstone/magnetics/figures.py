@@ -128,12 +128,12 @@ def plot_slice(
     arrows: int = 25,
     threads: int = 0,
 ) -> Path:
-    """Draws a slice through the field: |B| in colours, its direction as arrows, magnets in outline.
+    """Draws a slice of the field B: |B| in colours, the direction as arrows, magnets in outline.
 
     Neighbouring contour lines differ by a factor of two. The slice is parallel to `plane` and
-    passes through `centre` (3) [m] (default: the centre of the bodies). extent [m]: half the side
-    length of the slice (0: 0.9 times the longest edge of the bounding box). resolution, arrows:
-    number of points and of arrows along a side. Returns the path of the picture (PNG).
+    passes through `centre` (3) [m] (default: the centre of a box around the bodies). extent [m]:
+    half the side length of the slice (0: 0.9 times the longest edge of this box). resolution,
+    arrows: number of points and of arrows along a side. Returns the path of the picture.
 
     Raises InvalidInput for values out of range, CacheError if the picture cannot be written, and
     Unsupported without matplotlib.
@@ -227,8 +227,8 @@ def plot_curve(
 ) -> Path:
     """Plots force against distance or torque against angle.
 
-    Components that stay below 1e-3 of the largest one are omitted. Returns the path of the picture
-    (PNG). Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
+    Components that stay below 1e-3 of the largest one are omitted. Returns the path of the picture.
+    Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
     Unsupported without matplotlib.
     """
     if kind not in ("force", "torque"):

@@ -1,12 +1,11 @@
 """Fields and gradients of sources in their own axes, and dipole forces, as functions of arrays.
 
 `*_field` and `*_gradient` take observers (n, 3) [m]. `*_field` returns (n, 3): flux density B [T]
-or, with quantity="H", field strength H [A/m]. `*_gradient` returns (n, 3, 3), where [k, i, j] = mu0
-dH_i/dx_j [T/m] at observers[k], which equals dB_i/dx_j away from surfaces and currents. The
-argument threads, the values on surfaces, edges and wires, and the errors raised are those of
-`loomstone.magnetics.field`. Relative errors stay below 1e-11 at distances of 1e-3 to 1e4 times the
-size of the source. The rounding error of a polyline also grows with distance / size, because the
-fields of its segments cancel. Equation numbers refer to [Thomaszewski2010].
+or, with quantity="H" (except dipole_field), field strength H [A/m]. `*_gradient` returns (n, 3, 3),
+where [k, i, j] = mu0 dH_i/dx_j [T/m] at observers[k], which equals dB_i/dx_j away from surfaces and
+currents. The argument threads, the values on surfaces, edges and wires, and the errors raised are
+those of `loomstone.magnetics.field`. The rounding error of a polyline grows with distance / size,
+because the fields of its segments cancel. Equation numbers refer to [Thomaszewski2010].
 
 >>> from loomstone import magnetics
 >>> b = magnetics.dipole_field([[0, 0, 0]], [[0, 0, 1.0]], [[0, 0, 1.0], [1.0, 0, 0]])

@@ -57,31 +57,31 @@ def force(
 ) -> Force:
     """Returns force and torque on one body, exerted by another.
 
-    tolerance [1], 1e-12 to 0.1: requested error relative to the force, or to the torque divided by
-    the body's radius if that is larger. In general, the charge or current of one body is integrated
-    in the field of the other. Dipoles and spheres need no integral. The reaction follows from the
-    balance of linear and angular momentum: force(on=b, by=a) is minus force(on=a, by=b) to the last
-    bit.
+    tolerance [1], 1e-12 to 0.1: requested error relative to the force, or to torque / radius if
+    that is larger. In general, the charge or current of one body is integrated in the field of the
+    other; torque and radius are those of the integrated body. Dipoles and hard spheres need no
+    integral. The reaction follows from the balance of linear and angular momentum: the force with
+    on=b and by=a is minus that with on=a and by=b, to the last bit.
 
-    `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
-    that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
-    suffice. For induced bodies it includes the error of their charge, which is estimated for
-    cuboids and cylinders by comparing their grids, and for spheres from the last two degrees of
-    their series. Near magnets (see `soft_cuboid`) and between cuboids that magnetise each other,
-    the estimate is between half and ten times the true error in nine of ten cases (for spheres, if
-    the degree is at least 3). It is nan for meshes, which have only one grid.
+    `error` [N] estimates the error of the force, or of torque / radius if that is larger. It
+    exceeds the requested error if 2,000,000 evaluations of the field do not suffice. For induced
+    bodies it includes the error of their charge, which is estimated for cuboids and cylinders by
+    comparing their grids, and for spheres from the last two degrees of their series. Near magnets
+    (see `soft_cuboid`) and between cuboids that magnetise each other, the estimate is between half
+    and ten times the true error in nine of ten cases (for spheres, if the degree is at least 3). It
+    is nan for induced meshes, which have only one grid.
 
-    engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
-    then ignored. The error is estimated by comparison with cells of an eighth of the density, and
-    covers the torque divided by the body's radius. For many calls, build the cells once with
-    `cells`; the error is then 0, because it refers to the sum over these cells only.
+    engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
+    has no effect on the result, and overlap is not detected. The error is estimated by comparison
+    with cells of an eighth of the density. For many calls, build the cells once with `cells`; the
+    error is then 0, because it refers to the sum over these cells only.
 
     Raises InvalidInput for solid magnets that overlap (they may touch), for loops or polylines that
     meet, for a tolerance out of range, and for polylines that are not closed. Bodies that overlap
-    by at most 1e-6 of the sum of their radii exert the forces of bodies that touch. Overlap is
-    always found if both bodies are cuboids or one is a sphere. Between other bodies it is found if
-    one of about 300 points (more on meshes with many triangles) on the surface of either body lies
-    in the other.
+    by at most 1e-6 of the sum of their radii exert the forces of bodies that touch. Larger overlap
+    is always found if both bodies are hard cuboids or one is a sphere. Between other bodies it is
+    found if one of about 300 points (more on meshes with many triangles) on the surface of either
+    body lies in the other.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -92,8 +92,8 @@ def force(
     fine = _force(on, by, tolerance, engine, density)
     if density is None:
         return fine
-    # Halving the width of the cells usually halves the error at least. The difference of the two
-    # results therefore estimates the error of the finer one. The factor of two below is a margin.
+    # The error of cells of half the width is usually at most half as large. The difference of the
+    # two results therefore estimates the error of the finer one. The factor of two is a margin.
     coarse = _force(on, by, tolerance, engine, density / 8)
     force_error = np.linalg.norm(fine.force - coarse.force)
     torque_error = np.linalg.norm(fine.torque - coarse.torque) / on.radius
@@ -111,11 +111,11 @@ def _force(
 def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> Forces:
     """Returns forces and torques on every body, exerted by all others.
 
-    tolerance [1]: error of each pair relative to the largest force between any two bodies, or to
-    the pair's own torque / radius if that is larger. Linear and angular momentum are conserved to
-    rounding. Between bodies made by cells(), the forces are sums over their cells. As in `force`,
-    errors are estimated, and magnets that overlap and wires that meet raise InvalidInput. threads
-    0: all processors; the result does not depend on it.
+    tolerance [1]: error of each pair relative to the largest force that a rough first pass finds,
+    or to the pair's own force or torque / radius if that is larger. Linear and angular momentum are
+    conserved to rounding. Between bodies made by cells(), the forces are sums over their cells. As
+    in `force`, errors are estimated, and magnets that overlap and wires that meet raise
+    InvalidInput. threads 0: all processors; the result does not depend on it.
 
     The method `at` places each body at its pose:
 
@@ -131,15 +131,15 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
 @takes(tolerance="1")
 def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> float:
-    """Returns the interaction energy of hard magnets [J], which vanishes at infinite distance.
+    """Returns the interaction energy of magnets [J], which vanishes at infinite distance.
 
     It is minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
-    Forces are its negative derivatives with respect to positions. tolerance [1]: error relative to
-    the energy of each pair or, if that is larger, to 1e-3 of the energy of two dipoles with the
-    same moments whose distance is the sum of both radii. The energy of an induced body is that of
-    its panels' charge in the potential of the magnet, and does not depend on the tolerance. threads
-    0: all processors; the result does not depend on it. Raises Unsupported for currents, because
-    keeping them constant requires work, and in general for two induced bodies.
+    Forces are its negative derivatives with respect to positions at constant magnetisation.
+    tolerance [1]: error relative to the energy of each pair or, if that is larger, to 1e-3 mu0 m1
+    m2 / (4 pi r^3) with the moments m1 and m2 and the sum r of both radii. The energy of an induced
+    body is that of its charge in the potential of the magnet, and does not depend on the tolerance.
+    threads 0: all processors; the result does not depend on it. Raises Unsupported for currents,
+    because keeping them constant requires work, and in general for two induced bodies.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

@@ -22,7 +22,7 @@ __all__ = ["Rest", "bring_to_rest"]
 class Rest:
     """Result of bring_to_rest().
 
-    at_rest : whether both conditions of bring_to_rest() were met in the time allowed
+    at_rest : whether both conditions of bring_to_rest() were met
     time : simulated time of this call [s]
     stops : number of times that velocities were set to zero
     energy_ratio : largest kinetic energy in the last window of time, relative to the largest since
@@ -48,14 +48,14 @@ def bring_to_rest(
 ) -> Rest:
     """Advances until the kinetic energy and the displacement of every vertex stay small.
 
-    Stops after `longest` at the latest.
+    Otherwise, the first step that reaches `longest` is the last one.
 
-    longest : largest simulated time of this call [s]
+    longest : simulated time of this call at which it ends [s]
     ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
     drift : displacement of a vertex allowed over a window [m]
     window : length of a window [s]; extended to three steps if it is shorter
 
-    Raises InvalidInput unless these values are positive.
+    Raises InvalidInput unless these values are positive and finite.
     """
     for name, value in (
         ("longest", longest),
