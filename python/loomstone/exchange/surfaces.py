@@ -102,7 +102,7 @@ def texture_at_vertices(surface: Surface) -> Bytes | None:
         return None
     uv = surface.texture_uv
     middle = 0.5 * (uv.min(0) + uv.max(0))
-    at = np.empty((surface.vertices.stop - surface.vertices.start, 2))
+    at = np.zeros((surface.vertices.stop - surface.vertices.start, 2))
     at[surface.triangles] = (middle + (1.0 - 1e-9) * (uv - middle))[surface.uv_triangles]
     height, width = surface.texture.shape[:2]
     column = np.floor((at[:, 0] % 1.0) * width).astype(int).clip(0, width - 1)

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import inf, isfinite
 from typing import Any
 
-from .._core import ClothMaterial, StrainLimit
+from .._core import ClothMaterial, InvalidInput, StrainLimit
 from .rigidity import strip_rigidity
 from .table import Band
 
@@ -147,11 +147,8 @@ class Fabric(ClothMaterial):
 
     def __repr__(self) -> str:
         kind = f" ({self.construction})" if self.construction else ""
-        bending = (
-            (1e6 * strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45))
-            if self.bending_weft > 0
-            else ()
-        )
+        rigidities = self._strip_rigidities()
+        bending = ", ".join(f"{1e6 * rigidity:.3g}" for rigidity in rigidities)
         limits = ", ".join(
             f"{100 * limit:.3g} %" if isfinite(limit) else "none" for limit in self.limits
         )
@@ -159,14 +156,24 @@ class Fabric(ClothMaterial):
             f"<Fabric {self.name!r}{kind}: {1e3 * self.density:.4g} g/m^2; weft, warp, shear "
             f"{self.weft_stiffness:.4g}, "
             f"{self.warp_stiffness:.4g}, {self.shear_stiffness:.4g} N/m, limits {limits}; "
-            f"bending weft, warp, bias {', '.join(f'{b:.3g}' for b in bending)} uN m>"
+            f"bending weft, warp, bias {bending + ' uN m' if rigidities else 'not all defined'}>"
         )
+
+    def _strip_rigidities(self) -> tuple[float, ...]:
+        """Returns the rigidities of strips along weft, warp and bias [N m].
+
+        Returns nothing if the material does not resist bending in every direction.
+        """
+        try:
+            return tuple(strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45))
+        except InvalidInput:
+            return ()
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON: the fields of material and fabric, and `bending_bias`.
 
-        `bending_bias` is the rigidity of a strip on the bias [N m], or 0 if `bending_weft` is 0. An
-        infinite limit is None.
+        `bending_bias` is the rigidity of a strip on the bias [N m], or 0 if the material does not
+        resist bending in every direction. An infinite limit is None.
         """
         band = self.band
         about = self._about | {
@@ -181,15 +188,7 @@ class Fabric(ClothMaterial):
             ),
         }
         fields: dict[str, Any] = self._material.to_dict()
-        return (
-            about
-            | {
-                "bending_bias": (
-                    strip_rigidity(self, angle_degrees=45) if self.bending_weft > 0 else 0.0
-                )
-            }
-            | fields
-        )
+        return about | {"bending_bias": (self._strip_rigidities() or (0.0,))[-1]} | fields
 
 
 def _rebuilt(material: ClothMaterial, about: dict[str, Any]) -> Fabric:

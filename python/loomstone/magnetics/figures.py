@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._core import CacheError, InvalidInput, MagneticBody, Unsupported
+from .._core import InvalidInput, MagneticBody
 from ..base.arguments import takes
+from ..base.figures import new_figure, save_figure
 from .fields import field
 from .interactions import force
 from .sources import Bodies, as_list, box_of
@@ -95,27 +96,6 @@ def torque_over_angle(
     )
 
 
-def _figure(size: tuple[float, float]) -> tuple[Any, Any]:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise Unsupported(
-            "plots need matplotlib, which is not installed; pip install matplotlib"
-        ) from None
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.add_subplot()
-
-
-def _save(figure: Any, path: str | os.PathLike[str]) -> Path:
-    try:
-        figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
-    return Path(path)
-
-
 @takes(centre="m", extent="m")
 def plot_slice(
     bodies: Bodies,
@@ -151,14 +131,15 @@ def plot_slice(
         raise InvalidInput("extent [m] must be given for bodies without one (point dipoles)")
 
     lattice = _Lattice(plane, middle, reach)
-    figure, axes = _figure((7.0, 6.0))
+    figure = new_figure((7.0, 6.0))
+    axes = figure.add_subplot()
     from matplotlib.ticker import LogLocator
 
     shown = _draw_size(axes, sources, lattice, resolution, threads)
     figure.colorbar(shown, ax=axes, label="|B| [T]", ticks=LogLocator(10, subs=(1.0, 2.0, 5.0)))
     _draw_arrows(axes, sources, lattice, arrows, threads)
     axes.set(xlabel=f"{'xyz'[u]} [mm]", ylabel=f"{'xyz'[v]} [mm]", aspect="equal")
-    return _save(figure, path)
+    return save_figure(figure, path, dpi=150)
 
 
 class _Lattice:
@@ -233,7 +214,8 @@ def plot_curve(
     """
     if kind not in ("force", "torque"):
         raise InvalidInput(f"kind must be force or torque, got {kind!r}")
-    figure, axes = _figure((7.0, 4.5))
+    figure = new_figure((7.0, 4.5))
+    axes = figure.add_subplot()
     values = curve.forces if kind == "force" else 1e3 * curve.torques
     places = 1e3 * curve.places if kind == "force" else np.degrees(curve.places)
     for k, name in enumerate("xyz"):
@@ -246,4 +228,4 @@ def plot_curve(
     )
     axes.grid(alpha=0.3)
     axes.legend()
-    return _save(figure, path)
+    return save_figure(figure, path, dpi=150)

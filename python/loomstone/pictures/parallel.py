@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
-from .plots import new_figure, save
+from ..base.figures import new_figure, save_figure
 
 __all__ = ["ParallelRun", "Replayed", "plot_parallel"]
 
@@ -118,7 +118,7 @@ def plot_parallel(
     _draw_scaling(scaling, groups, alone, runs)
     if title:
         figure.suptitle(title, fontsize="medium")
-    return save(figure, path, dpi=120)
+    return save_figure(figure, path, dpi=120)
 
 
 def _grouped(runs: Sequence[ParallelRun]) -> list[_Group]:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import CacheError, InvalidInput, Unsupported
+from .._core import InvalidInput
 from ..base.arguments import takes
+from ..base.figures import new_figure, save_figure
 
 __all__ = ["KINDS", "ROUNDING", "plot_steps"]
 
@@ -85,7 +86,7 @@ def plot_steps(
     axes.set_xlabel("time [s]")
     axes.grid(alpha=0.3)
     _add_legend(figure, axes)
-    return save(figure, path, dpi=150)
+    return save_figure(figure, path, dpi=150)
 
 
 def _add_legend(figure: Any, axes: Any) -> None:
@@ -100,38 +101,6 @@ def _add_legend(figure: Any, axes: Any) -> None:
     width, height = SIZE
     figure.set_size_inches(width, height + LEGEND_ROW * -(-series // columns))
     figure.legend(loc="outside lower center", ncols=columns, fontsize="small")
-
-
-def new_figure(size: tuple[float, float]) -> Any:
-    """Returns an empty figure of matplotlib. Raises Unsupported if matplotlib is missing.
-
-    size : width and height [inches]
-    """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise Unsupported(
-            "plots need matplotlib, which is not installed; pip install matplotlib"
-        ) from None
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def save(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
-    """Writes a figure, as PNG if its name has no suffix, and returns its path.
-
-    Raises CacheError if the figure cannot be written.
-    """
-    target = Path(path)
-    target = target if target.suffix else Path(f"{target}.png")
-    try:
-        figure.savefig(target, dpi=dpi)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise CacheError(f"{target}: the plot cannot be written: {reason}") from error
-    return target
 
 
 def _energy(axes: Any, steps: Steps) -> None:

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .._core import CacheError, InvalidInput, Unsupported
+from .._core import CacheError, InvalidInput
+from ..base.figures import new_figure, save_figure
 from ..runs.steps import names_of_summary
 from .plan import Point
 from .point import finished
@@ -91,31 +92,19 @@ def plot_figures(
     numeric = [name for name, each in values.items() if len(each) > 1 and all(map(_number, each))]
     if not rows or not numeric:
         return None
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise Unsupported(
-            "plots need matplotlib, which is not installed; pip install matplotlib"
-        ) from None
     # If a figure of the report has the name of a parameter, the table adds a prefix to its name.
     figures = [f"report.{name}" if name in values else name for name in figures]
     across = max(numeric, key=lambda name: len(values[name]))
     others = [name for name, each in values.items() if len(each) > 1 and name != across]
     columns = min(2, len(figures))
     lines = -(-len(figures) // columns)
-    picture = Figure(figsize=(5 * columns, 3.4 * lines), layout="constrained")
-    FigureCanvasAgg(picture)
+    picture = new_figure((5 * columns, 3.4 * lines))
     panels = picture.subplots(lines, columns, squeeze=False).ravel()
     for axes, name in zip(panels, figures, strict=False):
         _draw(axes, rows, across, others, name)
     for axes in panels[len(figures) :]:
         axes.set_axis_off()
-    try:
-        picture.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
-    return path
+    return save_figure(picture, path, dpi=150)
 
 
 def _draw(

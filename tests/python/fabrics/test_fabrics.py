@@ -182,6 +182,9 @@ def test_a_fabric_is_a_material_and_says_what_it_is():
         " 13.1 %, 13.1 %, 6.31 %; bending weft, warp, bias 3.8, 5.98, 4.97 uN m>"
     )
     assert cotton.replace(density=0.2).density == 0.2
+    rebuild, (material, about) = cotton.__reduce__()
+    limp = rebuild(material.replace(bending_warp=0.0, bending_coupling=0.0), about)
+    assert "bias not all defined" in repr(limp) and limp.to_dict()["bending_bias"] == 0.0
     assert cotton.strain_limit == ls.StrainLimit(0.1314, 0.1314, 0.0631)
     assert ls.fabrics["t-shirt"].strain_limit == ls.StrainLimit(warp=0.1553)
     assert ls.fabrics["ponte"].strain_limit is None

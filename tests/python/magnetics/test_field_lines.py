@@ -133,6 +133,11 @@ def test_bad_requests_are_refused():
         m.plot_slice(SPHERE, "never.png", plane="zz")
 
 
+def test_a_slice_without_a_suffix_is_a_png(tmp_path):
+    path = m.plot_slice(SPHERE, tmp_path / "slice", resolution=20, arrows=4)
+    assert path == tmp_path / "slice.png" and path.exists()
+
+
 def test_a_frame_gives_the_poses_of_its_magnets_and_draws_their_lines(tmp_path):
     mesh = ls.meshes.box(size=(0.01, 0.01, 0.02))
     bar = ls.RigidBody(

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupported
 from ...base.arguments import takes, whole
+from ...base.figures import new_figure, save_figure
 from ...integrators import SemiImplicitEuler
 from ...pictures.renderer import Renderer
 from ...simulation import Simulation
@@ -174,9 +175,11 @@ def report_fabrics(
         if done:
             done(reports[-1])
     if out is not None:
-        (Path(out) / "report.json").write_text(
-            json.dumps([report.to_dict() for report in reports], indent=1) + "\n"
-        )
+        table = Path(out) / "report.json"
+        try:
+            table.write_text(json.dumps([report.to_dict() for report in reports], indent=1) + "\n")
+        except OSError as error:
+            raise CacheError(f"{table}: the report cannot be written: {error.strerror}") from error
         contact_sheet(reports, Path(out) / "drape.png")
     return reports
 
@@ -226,14 +229,11 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
 
     Insets show the shadows of these specimens, with circles of 18 and 30 cm in diameter.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
-
     columns = min(4, len(reports))
     rows = -(-len(reports) // columns)
-    figure = Figure(figsize=(4.0 * columns, 3.1 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure((4.0 * columns, 3.1 * rows))
+    from matplotlib.patches import Circle
+
     for place, report in enumerate(reports):
         axes = figure.add_subplot(rows, columns, place + 1)
         axes.imshow(_picture(report))
@@ -267,10 +267,7 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
             inset.add_patch(Circle((0, 0), radius, fill=False, linewidth=0.7, color="C0"))
         inset.set(xlim=(-0.155, 0.155), ylim=(-0.155, 0.155), aspect="equal")
         inset.set_axis_off()
-    try:
-        figure.savefig(path, dpi=120)
-    except (OSError, ValueError) as error:
-        raise CacheError(f"{path}: the picture cannot be written: {error}") from error
+    save_figure(figure, path, dpi=120)
 
 
 def _picture(report: FabricReport) -> Any:

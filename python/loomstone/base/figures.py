@@ -1,0 +1,41 @@
+"""Figures of matplotlib, which is an optional package."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from .._core import CacheError, Unsupported
+
+
+def new_figure(size: tuple[float, float]) -> Any:
+    """Returns an empty figure of matplotlib. Raises Unsupported if matplotlib is missing.
+
+    size : width and height [inches]
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise Unsupported(
+            "plots need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
+    """Writes a figure, as PNG if its name has no suffix, and returns its path.
+
+    Raises CacheError if the figure cannot be written.
+    """
+    target = Path(path)
+    target = target if target.suffix else Path(f"{target}.png")
+    try:
+        figure.savefig(target, dpi=dpi)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise CacheError(f"{target}: the plot cannot be written: {reason}") from error
+    return target
