@@ -32,8 +32,8 @@ void bind_errors(py::module_& m) {
   static py::exception<Unsupported> unsupported(m, "Unsupported", bases_unsupported);
   input.attr("__doc__") = "Input that cannot be simulated (a ValueError).";
   solver.attr("__doc__") =
-      "A solve or a step failed (a RuntimeError). The message names the stage, the step and the "
-      "time.";
+      "A solve or a step failed (a RuntimeError). The message of a step names the stage, the step "
+      "and the time.";
   cache.attr("__doc__") = "A file could not be written, read or interpreted (an OSError).";
   unsupported.attr("__doc__") =
       "A feature that is not available in this build or in this combination (a "
@@ -169,7 +169,8 @@ void bind_frame_topology(py::module_& m) {
   c.def_readonly("body_names", &T::body_names,
                  "names of the rigid bodies, followed by those of the obstacles");
   list("body_pole", &T::body_pole,
-       "(nb) 1 at north poles of magnets, -1 at south poles, 0 elsewhere; may be empty");
+       "(nb) position between the poles of the nearest magnet: about 1 at the north pole, about -1 "
+       "at the south pole, 0 away from magnets; may be empty");
   list("body_is_floor", &T::body_is_floor, "(bodies) 1 if the body is drawn as ground");
   c.def_readonly("cloth_looks", &T::cloth_looks,
                  "Look of each cloth; empty if no cloth has a look");

@@ -97,7 +97,7 @@ void bind_limits(py::module_& m) {
   c.def_readonly("sweeps", &LimitReport::sweeps,
                  "number of sweeps over all elements or over the active ones");
   c.def_readonly("evaluations", &LimitReport::evaluations,
-                 "number of element strains that the sweeps evaluated");
+                 "number of strains of elements and edges that were evaluated");
   c.def_readonly("excess", &LimitReport::excess,
                  "largest excess along weft, along warp and in shear [1]");
   c.def_readonly("beyond", &LimitReport::beyond,

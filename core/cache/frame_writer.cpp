@@ -109,9 +109,11 @@ PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topol
   std::vector<PolyDataField> on_points = {
       {"body", Number::Int32, 1, "1", body, topology.body_of_vertex.data()}};
   if (!topology.body_pole.empty())
-    on_points.push_back({"pole", Number::Float64, 1, "1",
-                         "1 at north poles of magnets, -1 at south poles, 0 elsewhere",
-                         topology.body_pole.data()});
+    on_points.push_back(
+        {"pole", Number::Float64, 1, "1",
+         "position between the poles of the nearest magnet: about 1 at the north pole, "
+         "about -1 at the south pole, 0 away from magnets",
+         topology.body_pole.data()});
   std::vector<Index> vertices(topology.body_of_vertex.size());
   std::iota(vertices.begin(), vertices.end(), 0);
   std::vector<PolyDataField> on_cells = {
