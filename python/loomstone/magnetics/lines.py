@@ -17,8 +17,8 @@ from .sources import Bodies, as_list, box_of
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves", "frame_lines"]
 
 Floats = NDArray[np.float64]
-# Flux density below which pictures show no field lines [T]. It is 1/200 of the flux density that a
-# straight wire with a current of 1 A causes at a distance of 10 cm.
+# Flux density below which pictures show no field lines [T], 1/200 of that at a distance of 10 cm
+# from a straight wire with a current of 1 A.
 WEAK = 1e-8
 
 
@@ -30,7 +30,7 @@ class LineEnd(IntEnum):
     left = 2  # the line enters or leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
     length = 4  # the line reaches the limit of its length or number of steps
-    no_field = 5  # the field vanishes or is not finite there
+    no_field = 5  # the field vanishes or is not finite there, or the step becomes too small
 
 
 class FieldLines(NamedTuple):
@@ -93,8 +93,8 @@ def field_lines(
 def curves_of(found: FieldLines, radius: float) -> Curves:
     """Returns field lines as tubes of a given radius [m] for the renderer.
 
-    Values for colouring are 1 (red) where a line leaves a magnet, or a seed if it is traced in one
-    direction; -1 (blue) where it enters a magnet; and 0 (yellow) at other ends and on closed lines.
+    Values for colouring are 1 (red) where a line leaves a body, or a seed if it is traced in one
+    direction; -1 (blue) where it enters a body; and 0 (yellow) at other ends and on closed lines.
     They change linearly along a line.
     """
     values = []
@@ -143,7 +143,7 @@ def _size(magnets: list[Any]) -> float:
 
 
 def _is_weak(magnets: list[Any]) -> bool:
-    """Returns whether flux densities near every magnet are below WEAK, at two points of each."""
+    """Returns whether the components of B are below WEAK at two points near each magnet."""
     directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
     beside = np.concatenate([m.position + 1.2 * m.radius * directions for m in magnets])
     return bool(np.abs(field(magnets, beside, threads=1)).max() < WEAK)
