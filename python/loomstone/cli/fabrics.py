@@ -18,8 +18,8 @@ def fabrics(
 ) -> None:
     """Lists the fabrics of loomstone.fabrics.
 
-    The list shows the density, stiffness, strain limits, bending by direction, published drape
-    coefficients, use and source of each fabric.
+    The list shows the density, stiffness, strain limits, bending by direction, use and source of
+    each fabric, and published drape coefficients of similar fabrics.
 
     \b
         loomstone fabrics
