@@ -1,6 +1,6 @@
 // Simulation of one scene. Contains the Model, the State and the Stepper, and provides the
 // functions that Python and the tests call. Arrays of cloth are in the user's vertex order, except
-// in state(), and concatenate all cloths.
+// in state() and collision_motion(), and concatenate all cloths.
 #pragma once
 
 #include <array>
