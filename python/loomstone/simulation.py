@@ -161,8 +161,8 @@ class Simulation(_core.Simulation):
             from those of existing pictures are refused, unless `overwrite` replaces the run.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
-        record_tasks : record the collision work of every n-th step for `loomstone replay`; 0: of
-            none
+        record_tasks : record the motion of surfaces in every n-th step for `loomstone replay`; 0:
+            in none
         compression : level of the compression of frames, 0 (none) to 9 (deflate). Files become
             smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,

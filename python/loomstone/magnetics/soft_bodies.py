@@ -72,9 +72,9 @@ def soft_cuboid(
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
-    extrapolated. The charge varies within panels as the field of the magnets does, and magnets may
-    touch the body. The image force on a magnet above a plate five times as wide is accurate to
-    0.2 % with 12 cells and a focus, at gaps of up to a third of the magnet's width.
+    extrapolated. Magnets may touch the body. The image force on a magnet above a plate five times
+    as wide is accurate to 0.2 % with 12 cells and a focus, at gaps of up to a third of the magnet's
+    width.
 
     The linear system is factored here, for all poses and fields. With saturation, `induce` factors
     it again several times. With 16 cells, factoring takes 0.04 s and 10 MB for a cube, 2.6 s and
