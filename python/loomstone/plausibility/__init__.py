@@ -40,7 +40,7 @@ def implausible(simulation: Any) -> list[str]:
 
 
 def _throws(simulation: Any) -> bool:
-    """Returns whether contacts would throw off cloth that starts within the contact distance.
+    """Returns whether cloth that starts within the contact distance would be pushed away abruptly.
 
     Asynchronous steps move such cloth away slowly. A scene that sets allow_initial_intersections
     needs no warning.

@@ -222,7 +222,7 @@ def open_writer(
 
 
 def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
-    """Checks that a run can be continued. Returns its first frame if pictures need it."""
+    """Checks that a run can be continued. With pictures, returns its first frame, if it has one."""
     _check_rate(directory, options.rate)
     if not options.render:
         return None
