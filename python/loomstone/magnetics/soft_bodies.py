@@ -108,16 +108,16 @@ def soft_cylinder(
 
     susceptibility: chi = mu_r - 1 >= -1, not 0 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
 
-    cells: panels along the side, a multiple of 4 from 8 to 24 (slender cylinders have up to eight
-    times as many). Twice `cells` panels lie around the axis. Panels are finer towards the rims,
-    where the charge is singular. The responses of three grids are extrapolated. With 8 cells, the
-    relative error of the moment is 1e-4 if height and diameter are about equal. It is 1e-3 if one
-    of them is ten times the other, or if the wall of a ring is half its radius. It reaches 5e-2
-    (2e-3 with 20 cells) if the height or the wall is a tenth of the radius or less.
+    cells: rows of panels along the side, a multiple of 4 from 8 to 24 (slender cylinders have up to
+    eight times as many). A row of the side has four times `cells` panels. Panels are finer towards
+    the rims, where the charge is singular. The responses of three grids are extrapolated. With 8
+    cells, the relative error of the moment is 1e-4 if height and diameter are about equal. It is
+    1e-3 if one of them is ten times the other, or if the wall of a ring is half its radius. It
+    reaches 5e-2 (2e-3 with 20 cells) if the height or the wall is a tenth of the radius or less.
 
-    Raises Unsupported if the height or the wall is less than a fiftieth of the radius. The linear
-    system is factored here, for all poses and fields. With saturation, `induce` factors it again
-    several times.
+    Raises Unsupported if the height or the wall is less than a fiftieth of the radius, and
+    InvalidInput for more than 8,000 panels. The linear system is factored here, for all poses and
+    fields. With saturation, `induce` factors it again several times.
     """
     return _core.soft_cylinder(
         radius=radius,
