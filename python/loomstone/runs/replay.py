@@ -83,7 +83,7 @@ class Prediction:
 
     @property
     def efficiency(self) -> float:
-        """`serial` divided by `ranks` times `seconds` [1]; 1 if `seconds` is 0."""
+        """`serial` divided by the product of `ranks` and `seconds` [1]; 1 if `seconds` is 0."""
         return self.serial / (self.ranks * self.seconds) if self.seconds else 1.0
 
 

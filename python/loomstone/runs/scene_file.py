@@ -127,8 +127,8 @@ class SceneFile:
     def _located(self) -> Iterator[None]:
         """Runs code of the scene file in its directory.
 
-        Errors in it become an InvalidInput that names their line in the scene file, if any. Not
-        changed are AssertionError and errors of loomstone other than InvalidInput.
+        Errors in it become an InvalidInput that names their line in the scene file, if any.
+        AssertionError and errors of loomstone other than InvalidInput stay unchanged.
         """
         try:
             with in_directory_of(self.path):
