@@ -20,7 +20,7 @@ namespace loomstone {
 struct Traffic {
   double waiting = 0.0;         // time spent waiting for other ranks [s]
   std::int64_t bytes = 0;       // data that this rank sent or contributed [bytes]
-  std::int64_t operations = 0;  // number of collective operations, including exchanges of halos
+  std::int64_t operations = 0;  // collective operations and halo exchanges, without open_mailbox()
 };
 
 class Communicator {

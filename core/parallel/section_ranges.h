@@ -19,9 +19,9 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
-// Returns section_ranges() for the number of `present` ranges, but keeps each present boundary that
-// is close to the new one. The cost between the two boundaries is then at most `tolerance` times
-// the mean cost of the ranges that are cut together.
+// Returns section_ranges() for the number of `present` ranges, but keeps each present boundary if
+// the cost between it and the new one is at most `tolerance` times the mean cost of the ranges that
+// are cut together.
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              const SectionRanges& present, double tolerance);
 

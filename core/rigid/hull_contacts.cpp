@@ -252,7 +252,7 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 // of hull and triangle along the best admissible axis. If o <= m, the axis of least overlap gives
 // one contact with the overlap o. If o > m, contacts have the direction of the best admissible
 // axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
-// the contact with the smallest o and the deferred contacts with a smaller m are added.
+// the contact with the smallest o and the deferred contacts with m < o are added.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

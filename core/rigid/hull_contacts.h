@@ -37,8 +37,7 @@ class HullOnTriangles {
     const Contacts& before;  // contacts of the last step, with `point` on the hull
   };
   // Finds the contacts and groups those with nearly parallel normals into planes. Keeps the `most`
-  // planes with the deepest contacts, deepest first, and up to four well separated contacts in each
-  // plane.
+  // planes with the deepest contacts, deepest first, and up to four contacts in each plane.
   void find(const Query& query, std::vector<Contacts>& planes);
 
  private:

@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// Throws InvalidInput unless the quaternion has unit length.
+// Throws InvalidInput unless the quaternion has unit length within 1e-6.
 void check_orientation(const Vec4& orientation, const std::string& where);
 
 // Returns the principal axes of inertia in mesh axes (columns). If the inertia is already diagonal,
@@ -32,7 +32,7 @@ struct FacetMotion {
 FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step);
 
 // Centre of a triangle, its axes (columns: first edge, in-plane perpendicular, normal), and its
-// corners in these axes.
+// corners (rows) relative to the centre, in these axes.
 struct FacetFrame {
   Vec3 centre;
   Mat3 axes, corners;
@@ -46,7 +46,8 @@ struct ConvexCore {
   double margin = 0.0;  // [m]
 };
 // `faces` lists the corners of each face of the hull in cyclic order. `margin_share` is the ratio
-// of the margin to the inner radius. Throws InvalidInput for flat hulls.
+// of the margin to the inner radius, the smallest distance from the mean of the vertices to a face.
+// Throws InvalidInput for flat hulls.
 ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
@@ -57,8 +58,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 // accumulates contact points over several steps.
 constexpr int most_polyhedron_vertices = 32;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
-// shapes. Round hulls need a margin so large that their shrunken cores seldom overlap, because
-// Bullet then runs a slow penetration search.
+// shapes. Round hulls need a margin so large that their shrunken cores seldom overlap. If cores
+// overlap, Bullet runs a slow penetration search.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
 // Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.

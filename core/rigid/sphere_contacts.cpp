@@ -181,8 +181,7 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // If the motion reaches the tangent plane of the contact, find_ahead() tests whether it also
-    // reaches the surface.
+    // Contacts with a larger gap whose tangent plane the motion reaches are left to find_ahead().
     if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
       touching_.push_back(contact);
   }

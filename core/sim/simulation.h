@@ -1,6 +1,6 @@
 // Simulation of one scene. Contains the Model, the State and the Stepper, and provides the
 // functions that Python and the tests call. Arrays of cloth are in the user's vertex order, except
-// in state(), and concatenate all cloths.
+// in state() and collision_motion(), and concatenate all cloths.
 #pragma once
 
 #include <array>
@@ -104,13 +104,14 @@ class Simulation {
   // from bodies. currents() returns the current in each coil [A].
   const CircuitState& circuits() const;
   Vector currents() const;
-  double current() const;  // current of the first circuit [A]
+  double current() const;  // current of the first circuit, 0 without circuits [A]
   // Returns all magnets, and the coils that carry current, at their poses in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
+  // Collective. Throws InvalidInput unless may_checkpoint().
   Checkpoint checkpoint() const;
   // Collective. Restores a checkpoint. Throws CacheError if the scene or the integrator differs, or
-  // if the checkpoint is damaged.
+  // if the checkpoint lacks a table or has one that does not fit the scene.
   void restore(const Checkpoint& checkpoint);
   // Rebuilds the engines of all stages. If may_checkpoint() is true, later results stay bitwise
   // identical.

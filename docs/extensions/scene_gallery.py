@@ -1,7 +1,7 @@
 """The directive `scene-gallery`: every scene file with its picture, size, times and source.
 
-tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that is
-not in this file appears without picture, size and time.
+tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that is not in
+docs/gallery.json appears without picture, size and times.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Simulation of cloth, collisions, rigid bodies and magnets, with storage and rendering.
 
-All quantities are in SI units.
+Quantities are in SI units, unless another unit is stated.
 
 >>> import loomstone as ls
 >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), pins=[0])])

@@ -1,6 +1,6 @@
 """Processes launched by MPI that share the work of a simulation.
 
-The failure of one rank raises an error with the same message on all ranks.
+If one rank fails in a collective function, all ranks raise an error with the same message.
 """
 
 from __future__ import annotations

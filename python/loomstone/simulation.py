@@ -39,7 +39,7 @@ __all__ = ["Simulation"]
 class Simulation(_core.Simulation):
     """A scene prepared for time stepping.
 
-    Arrays are in the user's vertex order, with the cloths concatenated.
+    Arrays of cloth are in the user's vertex order, except in `state`, with the cloths concatenated.
 
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
@@ -120,7 +120,7 @@ class Simulation(_core.Simulation):
 
         Positions, velocities, external forces, pins and obstacle poses may be assigned between
         steps and between frames. A frame between two steps is interpolated. If the simulation has
-        already advanced, the frames continue from the current time.
+        already advanced, frames up to the current time are left out.
         """
         last = frame_count(duration, rate) - 1
         if self.communicator.rank == 0:
@@ -161,8 +161,8 @@ class Simulation(_core.Simulation):
             from those of existing pictures are refused, unless `overwrite` replaces the run.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
-        record_tasks : record the collision work of every n-th step for `loomstone replay`; 0: of
-            none
+        record_tasks : record the motion of surfaces in every n-th step for `loomstone replay`; 0:
+            in none
         compression : level of the compression of frames, 0 (none) to 9 (deflate). Files become
             smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,

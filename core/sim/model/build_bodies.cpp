@@ -51,10 +51,11 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
-// Returns the contact distance of a cloth to itself. The default is a tenth of the mean edge
-// length, but at most 0.4 times the smallest height of a triangle, because features that share no
-// vertex can be as close as this height at rest. Throws InvalidInput if the user's value exceeds
-// this height and the cloth collides with itself, because cloth at rest would push itself apart.
+// Returns the contact distance of a cloth to itself [m]. The default is a tenth of the mean length
+// of the sides of triangles, but at most 0.4 times the smallest height of a triangle, because
+// features that share no vertex can be as close as this height at rest. Throws InvalidInput if the
+// user's value exceeds this height and the cloth collides with itself, because cloth at rest would
+// push itself apart.
 double own_thickness(const Cloth& cloth, const std::string& name) {
   double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
   const Points& x = cloth.mesh->vertices();
@@ -154,9 +155,9 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   }
 }
 
-// Assigns each collision vertex its row in the implicit solve, or -1 if it belongs to an obstacle.
-// Also records, for each attached vertex, the surface of its body, or of the body with the largest
-// index if it is attached to several bodies.
+// Assigns each collision vertex its row in the implicit solve (for a body, the first of its two
+// rows), or -1 if it belongs to an obstacle. Also records, for each attached vertex, the surface of
+// its body, or of the body with the largest index if it is attached to several bodies.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);

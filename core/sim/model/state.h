@@ -39,7 +39,7 @@ struct State {
   RigidState rigid;        // written by the bodies' stage and certification
   MagneticState magnetic;  // written by the bodies' stage
   ContactState contacts;   // friction anchors, written by certification
-  EnergyAccount account;   // written by the stepper
+  EnergyAccount account;   // written by the stepper; some user writes reset it
   // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
   // unresolved impacts. Written by build(), when the user sets positions, and at the end of a step.
   std::uint8_t tangled = 0;

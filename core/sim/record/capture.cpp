@@ -68,7 +68,7 @@ void capture_strain(const Engines& engines, const Points& x, Frame& frame) {
 }
 
 // Returns the positions of all collision vertices when the fraction `share` of the last step has
-// passed. They lie on the straight paths over the parts of the step that certification checks.
+// passed. In each part of the step, vertices move along straight lines, as in certification.
 Points vertices_at(const Model& model, const State& state, const StepOutcome& outcome,
                    double share) {
   PathPoint from, to{1.0, {}};

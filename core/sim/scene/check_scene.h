@@ -8,7 +8,8 @@
 
 namespace loomstone {
 
-// Checks the numbers, names and array sizes of a scene. Throws InvalidInput.
+// Checks numbers, names and array sizes of a scene. Other checks follow when the model is built.
+// Throws InvalidInput.
 void check_scene(const Scene& scene);
 
 // Throws InvalidInput, which names the list `where`, unless `vertices` are distinct indices in

@@ -21,7 +21,7 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  int longest = StepPart::whole;    // length allowed by error and contact energy [1/64 step]
+  int longest = StepPart::whole;    // length allowed by error and energy gain [1/64 step]
   bool contacts_gain = false;       // contacts or certification have created too much energy
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification and fallbacks withheld over 10 % of the motion

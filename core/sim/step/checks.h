@@ -12,9 +12,9 @@ namespace loomstone {
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage);
 
-// Counts intersections, and clears state.tangled if there are none. If a step has ended with
-// unresolved impacts (state.tangled is 2), also lists the intersecting pairs in outcome.forced and
-// marks their cloth vertices in outcome.contact.
+// Counts the intersections of cloth, and clears state.tangled if there are none. If a step has
+// ended with unresolved impacts (state.tangled is 2), also lists the intersecting pairs in
+// outcome.forced and marks their cloth vertices in outcome.contact.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
 // Reports the withheld fraction of the motion of the step, and the root mean square acceleration of

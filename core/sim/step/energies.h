@@ -12,8 +12,8 @@ namespace loomstone {
 void measure_energies(const State& state, double time, const Engines& engines,
                       Elasticity& elasticity, StepReport& report);
 
-// Return the kinetic energy of cloth with the velocities v, and its elastic and gravitational
-// energy at the positions x [J]. potential_energy() is collective.
+// kinetic_energy() returns that of cloth with the velocities v. potential_energy(), which is
+// collective, returns the elastic and gravitational energy of cloth at the positions x [J].
 double kinetic_energy(const Engines& engines, const Points& v);
 double potential_energy(const Engines& engines, const Points& x);
 

@@ -48,8 +48,8 @@ double lost_after_solve(const Solved& solved, const Engines& engines, const Stat
   return lost;
 }
 
-// Returns the energy of everything but contacts, minus that at the start and minus the work of
-// scripted motion and loads [J].
+// Returns the energy of everything but contacts, minus that when the account began and minus the
+// work of scripted motion and loads [J].
 double gain_of(const EnergyAccount& account, const StepReport& report) {
   return total_energy(report) - account.start - account.scripts - account.loads;
 }

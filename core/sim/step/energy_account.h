@@ -12,14 +12,14 @@ void begin_account(const Engines& engines, State& state);
 // Causes of changes of energy in a part of a step after its solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
-  bool untangles = false;      // untangling forces acted
+  bool untangles = false;      // surfaces intersected at the start of the part
   bool surfaces_move = false;  // some scripted surface moved
 };
 
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
 // the solve is attributed to untangling or to scripted motion or, without either, to certification.
-// Returns the energy gained, or 0 if energy was lost or untangling forces acted [J].
+// Returns the energy gained, or 0 if energy was lost or `after.untangles` is true [J].
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 

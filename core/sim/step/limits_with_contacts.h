@@ -57,8 +57,8 @@ struct ConstrainReport {
 };
 
 // Corrects x1 (all vertices x 3) and `bodies` so that the motion from x0 has no impacts and no
-// triangle exceeds its limits by more than limit_margin(). The report contains the impacts and the
-// excess that cannot be removed.
+// triangle exceeds its limits by more than limit_margin(). Impacts and excess may remain; see
+// CertifyReport::unresolved and `broke_limits`.
 ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

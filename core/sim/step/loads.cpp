@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Predicts the velocities of bodies under gravity, magnetic forces and the user's forces, so that
-// the solve adds only the effect of the cloth.
+// Predicts the velocities of bodies under gravity, the user's forces and, if there is cloth,
+// magnetic forces, so that the solve adds only the effect of the cloth.
 void predict_bodies(const StepContext& part, const State& state, const Engines& engines,
                     Loads& loads) {
   const Model& model = engines.model;

@@ -11,7 +11,7 @@
 namespace loomstone {
 
 struct Loads {
-  Points x0;              // (vertices x 3) collision vertices at the start [m]
+  Points x0;              // (vertices x 3) collision vertices at the start [m]; empty without cloth
   Points v0;              // (n x 3) velocities at the start [m/s]
   Points target;          // (n x 3) positions at the end, in rows of prescribed vertices [m]
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
@@ -19,8 +19,8 @@ struct Loads {
   // Tables of 2 b rows have two rows for each of the b bodies: translation and rotation.
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
-  // (2 b x 3) velocities predicted for the end of the part, without the effect of cloth [m/s,
-  // rad/s]
+  // (2 b x 3) velocities predicted for the end of the part, without the effects of cloth and of
+  // contacts [m/s, rad/s]
   Points body_velocity;
   Points body_angular_velocity;  // (b x 3) angular velocities at the start [rad/s]
   // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the

@@ -78,7 +78,7 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
   Bisection bisection(engines.limits_in_solve);
   State part_start;
   const State* snapshot = &outcome.start;  // state at the start of the part
-  // Length of an automatic step in which contacts created too much energy [s].
+  // Largest length of an automatic step in which contacts created too much energy [s]; 0: none.
   double settled = 0.0;
   while (true) {
     if (!steps.automatic)

@@ -1,13 +1,13 @@
-// Sixth stage: corrects velocities so that, within the length of the part, they change strains by
-// at most LimitOptions::strain_rate. Positions do not change.
+// Sixth stage: corrects velocities of cloth with strain limits so that, within the length of the
+// part, they change strains by at most LimitOptions::strain_rate. Positions do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"
 
 namespace loomstone {
 
-// Limits the strain rate and reports the excess over strain limits at the end of the part. Returns
-// the energy that it removes from cloth [J].
+// Limits the strain rate, except in asynchronous steps, and reports the excess over strain limits
+// at the end of the part. Returns the energy that it removes from cloth [J].
 double limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
                          Engines& engines, StepOutcome& outcome);
 

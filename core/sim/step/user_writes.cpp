@@ -84,6 +84,7 @@ UserWrites::Kind UserWrites::settle(const RowLayout& layout, State& state) {
       from_rank_0(state.pin_override), from_rank_0(state.pose_override);
       from_rank_0(state.pose_position), from_rank_0(state.pose_orientation);
       from_rank_0(state.body_force), from_rank_0(state.body_torque);
+      ranks.broadcast(&state.target_time, sizeof state.target_time, 0);
     }
   }
   remember(state);

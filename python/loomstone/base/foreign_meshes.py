@@ -1,7 +1,7 @@
 """Conversion of meshes of trimesh and meshio to TriangleMesh.
 
-The bindings and `base.arguments.takes` call `converted` for mesh arguments of other types, so these
-meshes are accepted wherever a TriangleMesh is taken. Neither package is imported.
+The bindings and `base.arguments.takes` call `converted` for arguments that may be a TriangleMesh
+but have another type. Neither package is imported.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from .._core import InvalidInput, TriangleMesh
 __all__ = ["converted", "triangles_of_cells"]
 
 _FACES = ("triangle", "quad", "polygon")
-# Cells without area, such as those that Gmsh writes beside triangles. The error message does not
-# name them.
+# Cells without area, such as those that Gmsh writes in addition to triangles. The error message
+# does not name them.
 _IGNORED = ("vertex", "line", "line3")
 
 
@@ -26,8 +26,8 @@ def converted(value: Any) -> TriangleMesh | None:
     Vertices [m] keep their order. Polygons are split into fans from their first corner. Texture
     coordinates are left out, because the uv of a TriangleMesh are lengths [m].
 
-    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles, with curved triangles
-    or quads, or with triangles that TriangleMesh rejects.
+    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or polygons, with
+    curved triangles or quads, or with triangles that TriangleMesh rejects.
     """
     classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
     if ("trimesh", "Trimesh") in classes:

@@ -1,7 +1,7 @@
 """Pickling and copying of meshes and of descriptions, such as Scene and Cloth.
 
 Pickled objects are rebuilt from their fields, which are then validated again. The core itself
-pickles sources, step reports, frames, their topologies and checkpoints.
+pickles sources, soft-magnetic bodies, step reports, frames, their topologies and checkpoints.
 """
 
 from __future__ import annotations

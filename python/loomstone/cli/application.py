@@ -67,9 +67,9 @@ app.add_typer(report, name="report")
 def session(parallel: bool = True) -> Iterator[Communicator]:
     """Yields the communicator of the ranks that run a command, and reports errors.
 
-    Errors of loomstone and of the operating system are printed in one line. If one rank raises such
-    an error, or an unexpected exception, all ranks end. If the reader of a pipe has closed it, the
-    command ends with exit code 1 and without a message.
+    Errors of loomstone and of the operating system, and broken claims of scene files, are printed
+    in one line. If one rank raises such an error, or an unexpected exception, all ranks end. If the
+    reader of a pipe has closed it, the command ends with exit code 1 and without a message.
     """
 
     def fail(message: str) -> NoReturn:

@@ -18,8 +18,8 @@ def fabrics(
 ) -> None:
     """Lists the fabrics of loomstone.fabrics.
 
-    The list shows the density, stiffness, strain limits, bending by direction, published drape
-    coefficients, use and source of each fabric.
+    The list shows the density, stiffness, strain limits, bending by direction, use and source of
+    each fabric, and published drape coefficients of similar fabrics.
 
     \b
         loomstone fabrics
@@ -51,8 +51,9 @@ def fabrics_report(
 
     Drape: the fabric is draped over Cusick's pedestal (disc 18 cm, specimen 30 cm), and the drape
     coefficient is compared with the published range. By default, three specimens with different
-    meshes are draped. Bending: the overhang at which a strip bends down by 41.5 degrees (ASTM
-    D1388) is compared with the elastica. Each fabric takes about half a minute.
+    meshes are draped. Bending: the overhang at which the chord of a strip is inclined by 41.5
+    degrees (ASTM D1388) is compared with that of the elastica. Each fabric takes about half a
+    minute.
 
     \b
         loomstone report fabrics --fabrics cotton,denim -p triangles=3000

@@ -113,7 +113,8 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
     trust : run the program stored in the run even if it differs from the scene file on disk
 
-    Returns whether no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
+    Returns whether no triangles of cloth intersect. Raises CacheError if the run has no frames, and
+    AssertionError if a claim does not hold.
     """
     if not len(run):
         raise CacheError(f"{run.directory} has no frames yet; resume it, and check it later")
@@ -140,7 +141,10 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
 
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
-    """Prints sizes and intersections of a scene; returns False if intersections prevent a run.
+    """Prints sizes and intersections of a scene; returns whether it can be run.
+
+    It cannot be run if cloth intersects a surface or lies inside a closed one at the start, unless
+    the scene allows this. Other faults raise an error.
 
     picture : path where a picture of the initial state is written, or None
     """

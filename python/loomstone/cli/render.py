@@ -236,7 +236,7 @@ def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
 
 
 def _upright(camera: Camera) -> Camera:
-    """Returns a camera that looks along its `up` with y as `up`, because no option sets `up`."""
+    """Returns `camera`, with y as `up` if it has no times and looks along its `up`."""
     sight = np.subtract(camera.target, camera.eye)
     size = float(np.linalg.norm(sight) * np.linalg.norm(camera.up))
     if camera.times or size == 0.0 or np.linalg.norm(np.cross(sight, camera.up)) > 1e-6 * size:

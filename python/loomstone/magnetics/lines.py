@@ -17,8 +17,8 @@ from .sources import Bodies, as_list, box_of
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves", "frame_lines"]
 
 Floats = NDArray[np.float64]
-# Flux density below which pictures show no field lines [T]. It is 1/200 of the flux density that a
-# straight wire with a current of 1 A causes at a distance of 10 cm.
+# Flux density below which pictures show no field lines [T], 1/200 of that at a distance of 10 cm
+# from a straight wire with a current of 1 A.
 WEAK = 1e-8
 
 
@@ -30,7 +30,7 @@ class LineEnd(IntEnum):
     left = 2  # the line enters or leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
     length = 4  # the line reaches the limit of its length or number of steps
-    no_field = 5  # the field vanishes or is not finite there
+    no_field = 5  # the field vanishes or is not finite there, or the step becomes too small
 
 
 class FieldLines(NamedTuple):
@@ -68,12 +68,13 @@ def field_lines(
     added to that of the bodies [T].
 
     A line ends where it enters a body, leaves the ball of radius `extent` [m] about `centre`,
-    returns to its start, or reaches a point where the field vanishes. In each direction, it also
-    ends after `length` [m] (0: 20 extents) or a thousand steps (more if tolerance < 1e-5). extent
-    0: four times the radius of the bounding ball of the bodies, about the centre of that ball.
-    tolerance [1]: error of a step divided by the extent. Between neighbouring points a line turns
-    by about 0.1 rad at most, except at surfaces. threads 0: all processors; the result does not
-    depend on it. Raises InvalidInput for values out of range, and if no line can start.
+    returns to its start, or reaches a point where the field vanishes or is not finite. In each
+    direction, it also ends after `length` [m] (0: 20 extents) or a thousand steps (more if
+    tolerance < 1e-5). extent 0: four times the radius of the bounding ball of the bodies, about the
+    centre of that ball. tolerance [1]: error of a step divided by the extent. Between neighbouring
+    points a line turns by about 0.1 rad at most, except at surfaces. threads 0: all processors; the
+    result does not depend on it. Raises InvalidInput for values out of range, and if no line can
+    start.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
@@ -93,8 +94,8 @@ def field_lines(
 def curves_of(found: FieldLines, radius: float) -> Curves:
     """Returns field lines as tubes of a given radius [m] for the renderer.
 
-    Values for colouring are 1 (red) where a line leaves a magnet, or a seed if it is traced in one
-    direction; -1 (blue) where it enters a magnet; and 0 (yellow) at other ends and on closed lines.
+    Values for colouring are 1 (red) where a line leaves a body, or a seed if it is traced in one
+    direction; -1 (blue) where it enters a body; and 0 (yellow) at other ends and on closed lines.
     They change linearly along a line.
     """
     values = []
@@ -143,7 +144,7 @@ def _size(magnets: list[Any]) -> float:
 
 
 def _is_weak(magnets: list[Any]) -> bool:
-    """Returns whether flux densities near every magnet are below WEAK, at two points of each."""
+    """Returns whether the components of B are below WEAK at two points near each magnet."""
     directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
     beside = np.concatenate([m.position + 1.2 * m.radius * directions for m in magnets])
     return bool(np.abs(field(magnets, beside, threads=1)).max() < WEAK)

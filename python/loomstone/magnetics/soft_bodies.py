@@ -1,8 +1,7 @@
 """Bodies magnetised by the field around them: soft iron, para- and diamagnets, superconductors.
 
 `soft_sphere`, `soft_cuboid`, `soft_cylinder` and `soft_mesh` return a `SoftBody`, which has a pose
-like a magnet. `induce` computes how an applied field, magnets and the bodies themselves magnetise
-them, and returns them as magnets.
+like a magnet. `induce` magnetises such bodies and returns them as magnets.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ __all__ = ["Induced", "induce", "soft_cuboid", "soft_cylinder", "soft_mesh", "so
 
 class Induced(NamedTuple):
     """Magnetised bodies in the given order, with the relative residual of the linear system and
-    the number of iterations of its solution.
+    the total number of GMRES iterations. Both are 0 for a single body or the explicit response.
     """
 
     bodies: list[MagneticBody]
@@ -61,27 +60,28 @@ def soft_cuboid(
     chi = inf is ideal iron, chi = -1 a superconductor. saturation: mu0 M_s [T], 0: none; see
     `induce`.
 
-    cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges have more
-    panels (an edge ten times as long: four times as many). Panels are finer towards the edges,
-    where the charge is singular. The responses of three grids are extrapolated. If the edges are in
-    a ratio of at most 10 : 5 : 1 and the gap to the magnet is at least a tenth of the shortest
-    edge, the relative error of force and torque is below 1e-3 with 16 cells and 1e-4 with 24. The
-    median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. Between flat
-    cuboids that magnetise each other, the error with 16 cells reaches 2.2e-3 at a gap of a tenth of
-    the shortest edge; from three tenths on it is below 1e-3. On wider plates, panels grow towards
-    the middle, and a magnet near the middle requires a focus.
+    cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges can have more
+    panels (an edge ten times as long: up to four times as many). Panels are finer towards the
+    edges, where the charge is singular. The responses of three grids are extrapolated. If the edges
+    are in a ratio of at most 10 : 5 : 1 and the gap to the magnet is at least a tenth of the
+    shortest edge, the relative error of force and torque is below 1e-3 with 16 cells and 1e-4 with
+    24. The median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. Between
+    flat cuboids that magnetise each other, the error with 16 cells reaches 2.2e-3 at a gap of a
+    tenth of the shortest edge; from three tenths on it is below 1e-3. On wider plates, panels grow
+    towards the middle, and a magnet near the middle requires a focus.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
-    extrapolated. The charge varies within panels as the field of the magnets does, and magnets may
-    touch the body. The image force on a magnet above a plate five times as wide is accurate to
-    0.2 % with 12 cells and a focus, at gaps of up to a third of the magnet's width.
+    extrapolated. Magnets may touch the body. The image force on a magnet above a plate five times
+    as wide is accurate to 0.2 % with 12 cells and a focus, at gaps of up to a third of the magnet's
+    width.
 
-    The linear system is factored here once, for all poses and fields. With 16 cells this takes 0.04
-    s and 10 MB for a cube, 2.6 s and 0.3 GB for 10 : 5 : 1 (24 cells: 23 s and 1.2 GB). Flat
-    cuboids that magnetise each other take long: `induce` takes 0.9 s with 8 cells and 4 s with 16
-    for two with edges 3 : 2 : 0.4 at a gap of a tenth of the shortest. Raises InvalidInput for more
-    than 24,000 panels; edges 10 : 5 : 1 exceed this number with more than 24 cells.
+    The linear system is factored here, for all poses and fields. With saturation, `induce` factors
+    it again several times. With 16 cells, factoring takes 0.04 s and 10 MB for a cube, 2.6 s and
+    0.3 GB for 10 : 5 : 1 (24 cells: 23 s and 1.2 GB). Flat cuboids that magnetise each other take
+    long: `induce` takes 0.9 s with 8 cells and 4 s with 16 for two with edges 3 : 2 : 0.4 at a gap
+    of a tenth of the shortest. Raises InvalidInput for more than 24,000 panels; edges 10 : 5 : 1
+    exceed this number with more than 24 cells.
     """
     return _core.soft_cuboid(
         size=size,
@@ -108,15 +108,16 @@ def soft_cylinder(
 
     susceptibility: chi = mu_r - 1 >= -1, not 0 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
 
-    cells: panels along the side, a multiple of 4 from 8 to 24 (slender cylinders have up to eight
-    times as many). Twice `cells` panels lie around the axis. Panels are finer towards the rims,
-    where the charge is singular. The responses of three grids are extrapolated. With 8 cells, the
-    relative error of the moment is 1e-4 if height and diameter are about equal. It is 1e-3 if one
-    of them is ten times the other, or if the wall of a ring is half its radius. It reaches 5e-2
-    (2e-3 with 20 cells) if the height or the wall is a tenth of the radius or less.
+    cells: rows of panels along the side, a multiple of 4 from 8 to 24 (slender cylinders have up to
+    eight times as many). A row of the side has four times `cells` panels. Panels are finer towards
+    the rims, where the charge is singular. The responses of three grids are extrapolated. With 8
+    cells, the relative error of the moment is 1e-4 if height and diameter are about equal. It is
+    1e-3 if one of them is ten times the other, or if the wall of a ring is half its radius. It
+    reaches 5e-2 (2e-3 with 20 cells) if the height or the wall is a tenth of the radius or less.
 
-    Raises Unsupported if the height or the wall is less than a fiftieth of the radius. The linear
-    system is factored here once, for all poses and fields.
+    Raises Unsupported if the height or the wall is less than a fiftieth of the radius, and
+    InvalidInput for more than 8,000 panels. The linear system is factored here, for all poses and
+    fields. With saturation, `induce` factors it again several times.
     """
     return _core.soft_cylinder(
         radius=radius,
@@ -143,11 +144,11 @@ def soft_mesh(
     susceptibility: chi = mu_r - 1 >= -1, not 0 [1].
 
     The triangles are bisected until there are at least `panels` of them. Raises InvalidInput if
-    `panels` or the number of triangles of the mesh exceeds 8000. The linear system is factored here
-    once, for all poses and fields. The error of round bodies is about proportional to 1 / panels.
-    With sharp edges it decreases more slowly: the moment of a cube with 1,600 panels has an error
-    of 1.5 %. The centre of the body is the centroid of its volume. saturation: mu0 M_s [T], 0:
-    none; see `induce`.
+    `panels` or the number of triangles of the mesh exceeds 8000. The linear system is factored
+    here, for all poses and fields. With saturation, `induce` factors it again several times. The
+    error of round bodies is about proportional to 1 / panels. With sharp edges it decreases more
+    slowly: the moment of a cube with 1,600 panels has an error of 1.5 %. The centre of the body is
+    the centroid of its volume. saturation: mu0 M_s [T], 0: none; see `induce`.
     """
     return _core.soft_mesh(
         mesh, susceptibility=susceptibility, saturation=saturation, panels=panels, threads=threads
@@ -183,7 +184,8 @@ def induce(
     one edge, and 37 % at a quarter.
 
     threads 0: all processors; the result does not depend on it. The mutual response raises
-    InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.
+    InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found. The explicit
+    response raises InvalidInput for bodies with saturation.
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)

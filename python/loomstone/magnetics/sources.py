@@ -36,8 +36,8 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
-# Polarizations with a component above this value [T] cause a warning, because no material exceeds
-# 2.5 T. The margin allows for magnets that represent windings.
+# A polarization with a component of larger magnitude [T] causes a warning, because no material
+# exceeds 2.5 T. The margin allows for magnets that represent windings.
 LARGEST_POLARIZATION = 5.0
 
 
@@ -138,9 +138,9 @@ def solenoid(*, radius: float, length: float, turns: float, current: float = 1.0
 
 @takes(vertices="m", current="A")
 def polyline(vertices: ArrayLike, *, current: float) -> MagneticBody:
-    """Straight conductors between vertices (n, 3) [m] that carry a current [A].
+    """Straight conductors between consecutive vertices (n, 3) [m], with a current [A].
 
-    The current flows from the first vertex to the last. The polyline is closed if these are equal.
+    The current flows from the first vertex to the last. If these are equal, the polyline is closed.
     The centre of the body is the mean of the vertices.
     """
     return _core.magnetic_polyline(vertices, current=current)

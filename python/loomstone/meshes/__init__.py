@@ -1,7 +1,7 @@
 """Meshes: generators, files and queries.
 
-Flat cloth lies in z = 0, centred at the origin, with weft along x. Solids are centred at the
-origin, except the funnel.
+Flat cloth lies in z = 0, centred at the origin, with weft along x. Spheres, boxes, capsules and
+cylinders are centred at the origin.
 
 >>> import loomstone as ls
 >>> ls.meshes.sphere(radius=0.1, subdivisions=2).n_triangles

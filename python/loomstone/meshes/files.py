@@ -19,13 +19,14 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     """Reads a TriangleMesh from a file; polygons are split into fans.
 
     OBJ and PLY need no other package. From USD (extra `usd`) and glTF (extra `gltf`), all visible
-    meshes are read as one, at rest, in metres and with z up. Other formats need the package meshio.
+    meshes are read as one, in the first frame (USD) or at rest (glTF), in metres and with z up.
+    Other formats need the package meshio.
 
     with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies need
         them only for a texture
 
-    Raises CacheError if the file cannot be read, InvalidInput if it holds no valid mesh, and
-    Unsupported if a package is missing.
+    Raises CacheError if the file cannot be read or is malformed, InvalidInput if it holds no valid
+    mesh, and Unsupported if a package is missing.
     """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):

@@ -1,8 +1,8 @@
 """Flat cloth in z = 0, centred at the origin, weft along x: grids and unstructured meshes.
 
 Unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration [Lloyd1982].
-Boundary points are fixed and evenly spaced. Interior points start on a jittered hexagonal lattice
-and move repeatedly to the centroid of their neighbouring triangles.
+Boundary points are fixed, and evenly spaced along each side. Interior points start on a jittered
+hexagonal lattice and move repeatedly to the centroid of their neighbouring triangles.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def grid(
     pattern : "alternating" for diagonals that alternate like a checkerboard, or "diagonal" for
         diagonals that are all parallel
 
-    Raises InvalidInput for values out of range, and unless either triangles or cells is given.
+    Raises InvalidInput for values out of range, and unless either `triangles` or `cells` is given.
 
     >>> grid(size=(0.5, 0.5), cells=(4, 4)).n_triangles
     32

@@ -1,4 +1,4 @@
-"""Meshes of solids, centred at the origin except the funnel, and of the square floor."""
+"""Meshes of solids and of the square floor. Funnel and wave bar are not centred at the origin."""
 
 from __future__ import annotations
 

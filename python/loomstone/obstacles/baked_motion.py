@@ -47,8 +47,9 @@ def baked(
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures
 
-    Samples take 24 bytes per vertex in memory. Vertices that coincide in all samples are joined; if
-    this gives no valid mesh, only those of the same mesh. USD needs the extra `usd`, glTF `gltf`.
+    Each sample takes 24 bytes per vertex in memory. Vertices that coincide in all samples are
+    joined; if this gives no valid mesh, only those of the same mesh. USD needs the extra `usd`,
+    glTF `gltf`.
 
     Raises CacheError if the file cannot be read, Unsupported if the extra is not installed, and
     InvalidInput if nothing in the file moves or an argument is invalid.

@@ -22,7 +22,7 @@ def field_title(name: str) -> str:
 
 
 def bar_labels(low: float, high: float) -> list[tuple[float, str]]:
-    """Returns labels at both ends of a range and at round numbers between them.
+    """Returns labels at both ends of a range, and at round numbers in it that are not near an end.
 
     The first element of each is its place along the bar: 0 at the lower end, 1 at the upper end.
     """

@@ -39,7 +39,7 @@ def picture(directory: Path, index: int) -> Path:
 
 
 def note_of(directory: Path) -> dict[str, Any]:
-    """Returns the content of options.json in a directory, or {} if it is missing or unreadable."""
+    """Returns the content of options.json in a directory, or {} if it is missing or invalid."""
     try:
         found = json.loads((directory / "options.json").read_text())
         options_from_dict(found["options"])
@@ -74,8 +74,9 @@ def claim(
     Returns the content of its options.json.
 
     metadata : text of the metadata that the run has stored
-    again : whether existing pictures are deleted. Otherwise, pictures of another run, with other
-        options or without options.json cause an InvalidInput that ends with `advice`.
+    again : whether existing pictures are deleted. Otherwise, an options.json of another run or with
+        other options causes an InvalidInput that ends with `advice`, and so do pictures or a video
+        without options.json.
     """
     make_directory(directory)
     wanted = {

@@ -47,18 +47,21 @@ def render_run(
     stop: Callable[[], bool] = lambda: False,
     simulation: Any = None,
 ) -> list[Path]:
-    """Draws the frames of a run in parallel, keeps existing pictures, and returns all paths.
+    """Draws the frames of a run in parallel, and returns the paths of their pictures.
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of the frames to draw, even if they have pictures; None: all frames. With
-        indices, `out` defaults to the run's directory and may not hold the pictures of a whole run.
+    frames : indices of the frames to draw, even if they have pictures; None: all frames without a
+        picture. With indices, `out` defaults to the run's directory and may not hold the pictures
+        of a whole run.
     jobs : number of processes, 0: one per processor
-    again : delete existing pictures first. Without it, they are deleted only if new frames change
-        the automatic colours or the fit of the camera.
+    again : delete existing pictures of a whole run first. Without it, they are deleted only if new
+        frames change the automatic colours or the fit of the camera.
     progress : function called with the number of pictures finished since its last call
-    stop : function called before every picture if jobs=1; drawing ends if it returns True
-    simulation : simulation of the run, for field lines; default: made from the stored magnets
+    stop : function called before every picture if jobs=1; drawing ends if it returns True, and the
+        paths of missing pictures are returned, too
+    simulation : simulation of the run, for field lines; by default, and with several processes,
+        made from the stored magnets
 
     A fitted camera shows the surfaces of all frames drawn, or is that of the existing pictures
     of the whole run. Automatic colours span the values of all frames.
@@ -100,8 +103,8 @@ def render_run(
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
     """Returns the options, with the camera fitted to the frames that are drawn if it has `fit`.
 
-    For single frames, the camera is that of pictures of the whole run with the same options, if
-    such pictures exist.
+    For single frames, the camera is that of the pictures in the run's directory `frames`, if these
+    have the same options.
     """
     if not is_fitted(options):
         return options

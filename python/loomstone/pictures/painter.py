@@ -40,7 +40,8 @@ def colors_need_all_frames(options: RenderOptions) -> bool:
 class Painter:
     """Draws frames of one run. With `first`, no picture depends on the frames drawn before it.
 
-    first : frame to which a fitted camera is fitted; None: the first frame drawn
+    first : frame that determines a fitted camera and the scale of shading; None: the first frame
+        drawn
     lines : number of field lines, 0: none
     simulation : simulation of the scene, which provides the magnets; needed for field lines
     value_ranges : for each field of color_by, the (minimum, maximum) that automatic colours span;

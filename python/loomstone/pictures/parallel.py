@@ -86,12 +86,14 @@ class _Group:
 def plot_parallel(
     runs: Sequence[ParallelRun], path: str | os.PathLike[str], *, title: str = ""
 ) -> Path:
-    """Draws how ranks share the work of runs of one scene; returns the path of the picture (PNG).
+    """Draws how ranks share the work of runs of one scene; returns the path of the picture.
 
     Runs on the same number of ranks with the same decomposition are averaged. The upper row shows
     collision handling over time: the share of time in which ranks compute, the wall time per frame,
     and the speed-up over the run on one rank. The lower row shows the time of all parts of a run,
     the share of communication, and speed-ups: measured (filled) or replayed (open).
+
+    path : path of the picture; its suffix selects the format, and is .png by default
 
     Raises InvalidInput if there are no runs, or if their numbers of frames differ.
     """

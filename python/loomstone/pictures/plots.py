@@ -22,7 +22,7 @@ KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "ste
 # The plot omits stages that take a smaller fraction of the wall time than this.
 LEAST_SHARE = 1e-3
 
-# Energies below this fraction of the largest are rounding errors, and are left out. Our choice.
+# Energies up to this fraction of the largest count as rounding errors and are left out. Our choice.
 ROUNDING = 1e-12
 
 # Width and height of a figure without its legend, and height of a row of the legend [inches].
@@ -63,16 +63,18 @@ WORDS = {
 def plot_steps(
     steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy", title: str = ""
 ) -> Path:
-    """Plots columns of a table of steps over time; returns the path of the picture (PNG).
+    """Plots columns of a table of steps over time; returns the path of the picture.
 
     steps : columns by name, as returned by loomstone.Run.steps
+    path : path of the picture; its suffix selects the format, and is .png by default
     kind : energy, stages, contacts, stretch, strain, iterations or step
     title : title of the picture, for instance the name of the run
 
-    Columns that are always 0 are left out, and so are stages that take less than 0.1 % of the time.
+    Energies below 1e-12 of the largest and stages that take less than 0.1 % of the time are left
+    out, and so are curves of contacts, strains and iterations that are always 0.
 
-    Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
-    Unsupported without matplotlib.
+    Raises InvalidInput for another kind or a table without the columns of strain, CacheError if the
+    picture cannot be written, and Unsupported without matplotlib.
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -90,10 +92,7 @@ def plot_steps(
 
 
 def _add_legend(figure: Any, axes: Any) -> None:
-    """Adds a legend below the axes, where it covers no curve, and makes the figure higher for it.
-
-    A legend within the axes would cover curves, because plots of energy have up to 16 curves.
-    """
+    """Adds a legend below the axes, where it covers no curve, and makes the figure higher."""
     series = len(axes.get_legend_handles_labels()[0])
     if series == 0:
         return

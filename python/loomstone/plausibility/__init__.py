@@ -1,7 +1,6 @@
-"""Finds what looks like a mistake in a scene that can be simulated: wrong units, overlaps, jumps.
+"""Search for likely mistakes in a scene that can be simulated: wrong units, overlaps, jumps.
 
-Simulation warns of each finding with SceneWarning when it is built, and `loomstone check` lists
-them.
+A Simulation warns of them with SceneWarning when it is built, and `loomstone check` lists them.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ __all__ = ["implausible"]
 
 
 def implausible(simulation: Any) -> list[str]:
-    """Returns one sentence for each property of a scene that looks like a mistake.
+    """Returns sentences about properties of a scene that look like mistakes.
 
     simulation : Simulation of the scene in its initial state
 
@@ -41,7 +40,7 @@ def implausible(simulation: Any) -> list[str]:
 
 
 def _throws(simulation: Any) -> bool:
-    """Returns whether contacts would throw off cloth that starts within the contact distance.
+    """Returns whether cloth that starts within the contact distance would be pushed away abruptly.
 
     Asynchronous steps move such cloth away slowly. A scene that sets allow_initial_intersections
     needs no warning.

@@ -10,7 +10,7 @@ __all__ = ["of_air"]
 
 
 def of_air(scene: Scene) -> list[str]:
-    """Returns a sentence for each reason for which wind has no effect: no density, no drag."""
+    """Returns a sentence for each reason why wind has no effect on cloth: no density, no drag."""
     air = scene.air
     if not scene.cloths or not np.any(air.wind):
         return []

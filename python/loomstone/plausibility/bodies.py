@@ -55,7 +55,7 @@ def reversed_obstacles(scene: Scene) -> list[int]:
 
 
 def of_reversed(scene: Scene, surfaces: list[Surface], obstacles: list[int]) -> list[str]:
-    """Returns one sentence for each reversed obstacle that contains cloth.
+    """Returns one sentence for each reversed obstacle that contains a tested vertex of cloth.
 
     surfaces : those of all bodies, followed by those of all obstacles
     """

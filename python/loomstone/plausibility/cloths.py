@@ -14,7 +14,7 @@ from .surfaces import item
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
 # Thresholds beyond which values are implausible. All are our choice.
-AREAS = 1.2  # largest ratio of the rest area to the area at the start, or of its inverse
+AREAS = 1.2  # largest ratio between rest area and area at the start, and largest stretch
 LARGEST = 30.0  # largest extent of a cloth [m]
 SQUARE = 1e-3  # largest distance of the bounds of texture coordinates from 0 and 1
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance

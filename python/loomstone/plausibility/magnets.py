@@ -24,7 +24,8 @@ SIDES = 32
 
 
 def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns one sentence for each protruding magnet, and for each pair of overlapping magnets.
+    """Returns one sentence for each protruding magnet, and for each pair of overlapping magnets of
+    which at least one is on a body.
 
     surfaces : those of all bodies, followed by those of all obstacles
     pairs : pairs of overlapping surfaces; their magnets are not compared with each other
@@ -32,7 +33,7 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
     found, placed, owners = [], [], []
-    # For equal magnets on bodies that share a mesh, the magnet's mesh and its protrusion are
+    # For equal magnets on carriers that share a mesh, the magnet's mesh and its protrusion are
     # computed only once. The keys contain addresses of meshes, none of which is reused, because the
     # stored states and `surfaces` keep the meshes alive.
     known: dict[Any, tuple[TriangleMesh | None, float, Any]] = {}

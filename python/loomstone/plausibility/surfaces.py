@@ -51,7 +51,7 @@ class Surface:
 
 
 def item(kind: str, index: int, name: str) -> str:
-    """Names an entry of a list of a scene as error messages do, for instance cloths[0] ("a")."""
+    """Returns the name of an entry of a scene's list in messages, for instance cloths[0] ("a")."""
     return f'{kind}[{index}] ("{name}")' if name else f"{kind}[{index}]"
 
 
@@ -70,7 +70,8 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
     """Returns the pairs of overlapping surfaces in which at least one surface moves freely.
 
-    Two surfaces overlap if they intersect even after SHRINKAGE, or if one lies inside the other.
+    Two surfaces overlap if they intersect even after SHRINKAGE, or if a closed one contains the
+    other.
     """
     if not any(surface.free for surface in surfaces):
         return []

@@ -208,7 +208,7 @@ class Run:
         every : export only every n-th of these frames
         overwrite : replace an earlier export
 
-        Lengths are in metres. z is up, except in gltf and alembic, which have y up. Positions are
+        Lengths are in metres. z is up, except in gltf and alembic, which have y up. Vertices are
         doubles in obj and ply, and floats in the others. In usd, gltf and alembic, bodies and
         obstacles that move rigidly have poses instead of moving points.
 

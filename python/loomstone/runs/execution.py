@@ -1,8 +1,8 @@
 """Runs a simulation, and writes its results to a directory.
 
-A run can be killed at any moment and resumed, with a bit-identical result. Frames are flushed as
-they are written, and every checkpoint is written after the frames up to its time. Resuming
-discards everything after the newest checkpoint and computes it again.
+A run that was killed can be resumed, with bit-identical frames. Frames are flushed as they are
+written, and every checkpoint is written after the frames up to its time. Resuming discards
+everything after the newest readable checkpoint and computes it again.
 """
 
 from __future__ import annotations
@@ -186,7 +186,7 @@ class _Course:
     def _stop_where_saved(self, number: int) -> None:
         """Raises Interrupted if the current state is saved, or if waiting for that takes too long.
 
-        In the second case, resuming starts from the last checkpoint.
+        In the second case, resuming repeats the steps after the last checkpoint.
         """
         if not self._unsaved and self._simulation.may_checkpoint:
             raise Interrupted(number)

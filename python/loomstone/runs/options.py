@@ -20,8 +20,8 @@ class RunOptions:
     render : options of the pictures; None: no pictures. They are drawn during the run, or at its
         end if their colours or a fitted camera depend on all frames.
     verify : whether the intersections of every frame are counted exactly
-    record_tasks : n, if the collision work of every n-th step is recorded for `loomstone replay`;
-        0: none is recorded
+    record_tasks : n, if the motion of surfaces in every n-th step is recorded for `loomstone
+        replay`; 0: none is recorded
     compression : level of the compression of frames, 0 (none) to 9 (deflate); a resumed run keeps
         the level with which it began. docs/cache.md gives its cost.
     """

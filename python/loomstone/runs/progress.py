@@ -1,4 +1,4 @@
-"""Shows the progress of a run: a bar on a terminal, or else plain lines; only rank 0 prints."""
+"""Progress of a run: a bar on a terminal without MPI, or else plain lines; only rank 0 prints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LONGEST_SILENCE = 10.0
 
 
 def observer(rank: int = 0) -> Observer:
-    """Returns the observer that suits the rank and the standard output."""
+    """Returns the observer that suits the rank, the standard output and the launcher."""
     if rank != 0:
         return Silence()
     # MPI launchers may provide a pseudo-terminal, which must not get a progress bar.

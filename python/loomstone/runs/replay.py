@@ -55,7 +55,7 @@ class Prediction:
     seconds : time until all ranks have all results, summed over the searches [s]
     exchange : the part of `seconds` in which ranks exchange results and costs [s]
     serial : time of the searches on one rank [s]
-    busy : time spent on tests, mean over the ranks and sum over the searches [s]
+    busy : time spent on tests or neighbour lists, mean over ranks and sum over searches [s]
     requests, refusals : number of requests by idle ranks for tasks, and number of refused requests
     transfers : number of tasks that moved to another rank
     """
@@ -83,7 +83,7 @@ class Prediction:
 
     @property
     def efficiency(self) -> float:
-        """The ratio of `serial` to the sum of the times of all ranks [1]."""
+        """`serial` divided by the product of `ranks` and `seconds` [1]; 1 if `seconds` is 0."""
         return self.serial / (self.ranks * self.seconds) if self.seconds else 1.0
 
 
@@ -122,8 +122,8 @@ def replay(
     the partitions depend on it. Dynamic searches start from the costs of an earlier step. The lists
     of predicted searches are measured once. They are shared among the ranks according to their
     costs in the preceding step. Earlier steps are assumed to have had the motion of the recorded
-    one. Steps without candidate pairs count too. The time in which ranks update bounding volumes or
-    search for new pairs of clusters does not count.
+    one. The time in which ranks update bounding volumes or search for new pairs of clusters does
+    not count.
 
     observer : receives the path of each motion before it is measured
 

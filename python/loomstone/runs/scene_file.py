@@ -87,7 +87,7 @@ class SceneFile:
 
     @classmethod
     def of_run(cls, run: Stored, *, trust: bool = False) -> SceneFile:
-        """Restores the scene file as it was when a run began, from the metadata of its cache.
+        """Restores the scene file as it was when a run began, from the metadata of the run.
 
         trust : run the stored program even if it differs from the scene file on disk; see
             `stored_program`
@@ -127,8 +127,8 @@ class SceneFile:
     def _located(self) -> Iterator[None]:
         """Runs code of the scene file in its directory.
 
-        Errors become an InvalidInput that names their line, except AssertionError and errors of
-        loomstone other than InvalidInput.
+        Errors in it become an InvalidInput that names their line in the scene file, if any.
+        AssertionError and errors of loomstone other than InvalidInput stay unchanged.
         """
         try:
             with in_directory_of(self.path):
@@ -148,7 +148,7 @@ class SceneFile:
             raise InvalidInput(f"{self._line_of(error)}: {_kind(error)}: {told}") from error
 
     def _line_of(self, error: Exception) -> str:
-        """Returns the path of the scene file, with its last line in the traceback, if any."""
+        """Returns the path of the scene file, and its last line in the traceback, if any."""
         lines = [
             f.lineno
             for f in traceback.extract_tb(error.__traceback__)

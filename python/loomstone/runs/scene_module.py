@@ -26,7 +26,7 @@ _directory = threading.RLock()
 KNOWN = ("scene", "duration", "rate", "integrator", "render", "control", "check")
 
 
-# Global names without a meaning that stand for options with another place.
+# Global names that have no effect, and what should be given instead.
 ELSEWHERE = {
     "step": "integrator = ls.SemiImplicitEuler(step=...)",
     "camera": "render = ls.RenderOptions(camera=...)",
@@ -39,7 +39,7 @@ def execute_module(path: Path, source: str) -> types.ModuleType:
     """Executes a scene file as a module that is registered in sys.modules, and returns it.
 
     The directory of the file is put first in sys.path, so that the file can import modules beside
-    it. Warns with SceneWarning of globals whose names look misspelt.
+    it. Warns with SceneWarning of globals that have no effect but resemble options.
     """
     directory = str(path.parent)
     with suppress(ValueError):
@@ -62,8 +62,8 @@ def execute_module(path: Path, source: str) -> types.ModuleType:
 def in_directory_of(path: Path) -> Iterator[None]:
     """Makes the directory of a scene file the working directory of the `with` block.
 
-    If the directory does not exist, the working directory stays the same. Other threads that
-    call this function wait until the block ends.
+    If that is not possible, the working directory stays the same. Other threads that call this
+    function wait until the block ends.
     """
     with _directory:
         try:

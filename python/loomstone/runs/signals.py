@@ -11,7 +11,7 @@ from typing import Any
 __all__ = ["LONGEST_WAIT", "Interrupted", "Received", "noted_signals"]
 
 # Longest time for which a run continues after a signal, to reach a step that can be saved [s]. The
-# value is our choice, below the usual grace periods of job schedulers.
+# value is our choice, less than the time from SIGTERM to SIGKILL in Slurm (30 s by default).
 LONGEST_WAIT = 10.0
 
 

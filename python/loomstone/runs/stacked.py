@@ -33,6 +33,8 @@ class Stacked:
 
     def __getitem__(self, index: Any) -> Any:
         first, *others = index if isinstance(index, tuple) else (index,)
+        if first is Ellipsis and len(others) == self.ndim:  # no axis is left for the ellipsis
+            first, *others = others
         if isinstance(first, slice) or first is Ellipsis:
             chosen = range(len(self))[first if isinstance(first, slice) else slice(None)]
             kept = [...] if first is Ellipsis else []

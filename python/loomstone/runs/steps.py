@@ -134,7 +134,7 @@ def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
 
 
 class Columns(dict[str, NDArray[Any]]):
-    """Columns of a table by name. In contrast to that of a dict, the repr is one line."""
+    """Columns of a table by name, with a repr of one line."""
 
     def __repr__(self) -> str:
         length = len(next(iter(self.values()), ()))

@@ -76,7 +76,7 @@ def stored_program(run: Stored) -> Program:
 
 
 def printable(text: str) -> str:
-    """Returns a text with its unprintable characters escaped, except line breaks and tabs.
+    """Returns a text with its unprintable characters escaped, except line feeds and tabs.
 
     Control characters could hide parts of the text on a terminal.
     """

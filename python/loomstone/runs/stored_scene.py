@@ -1,7 +1,7 @@
-"""Scenes of runs that Python has started, stored as data so that any process can resume the run.
+"""Scenes of runs that Python has started, stored as data so that another process can resume them.
 
-The file scene.npz holds the descriptions as JSON, and their arrays. Reading it runs no code: only
-descriptions, meshes and magnetic sources of loomstone are made from it.
+The file scene.npz holds the descriptions as JSON, and their arrays. Reading it executes no code
+from the file: only descriptions, meshes and magnetic sources of loomstone are made from it.
 """
 
 from __future__ import annotations

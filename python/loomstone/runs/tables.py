@@ -16,8 +16,8 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
 
     first : name that the first column must have
 
-    An incomplete last row, as left by a killed process, is skipped. Any other invalid line raises a
-    CacheError that names it.
+    If the last row is too short or ends in a text that is not a number, as after a killed process,
+    it is skipped. Any other invalid line raises a CacheError that names it.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:

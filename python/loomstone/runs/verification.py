@@ -106,7 +106,7 @@ def append_rows(
 
 
 def keep_rows(path: Path, until_step: int) -> None:
-    """Removes the rows of steps after `until_step`, which will be computed again."""
+    """Removes incomplete rows and those of steps after `until_step`, and a file without rows."""
     if not path.exists():
         return
     with path.open(newline="") as file:

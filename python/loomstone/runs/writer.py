@@ -72,7 +72,7 @@ class Writer(NoWriter):
         frames: FrameWriter,
         following: int,
     ) -> None:
-        """Removes the rows of tables for steps and frames that will be computed again.
+        """Removes rows of steps and, with `options.verify`, of frames that will be computed again.
 
         following : index of the next frame
         """
@@ -222,7 +222,7 @@ def open_writer(
 
 
 def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
-    """Checks that a run can be continued; returns its first frame if pictures need it."""
+    """Checks that a run can be continued. With pictures, returns its first frame, if it has one."""
     _check_rate(directory, options.rate)
     if not options.render:
         return None
@@ -302,7 +302,7 @@ def visible_names(directory: Path) -> list[str]:
 
 
 def _check_rate(directory: Path, rate: float) -> None:
-    """Raises CacheError unless the frames of the run are 1/rate apart."""
+    """Raises CacheError if the run has a second frame whose time is not 1/rate."""
     times = Run(directory).times
     if len(times) > 1 and abs(times[1] * rate - 1.0) > 1e-6:
         raise CacheError(
@@ -312,7 +312,7 @@ def _check_rate(directory: Path, rate: float) -> None:
 
 
 def _remove_run(directory: Path) -> None:
-    """Removes the files that a run writes, and frames/ unless it is a link, but no other files."""
+    """Removes the files of an earlier run, and its directory frames/ unless that is a link."""
     for name in (
         "run.vtkhdf",
         "bodies.vtkhdf",

@@ -103,7 +103,7 @@ def _spaced(name: str, text: str) -> list[Any]:
 
 
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
-    """Returns all combinations. Raises InvalidInput for too many, or values unfit for scene()."""
+    """Returns a Point for each combination. Raises InvalidInput for too many or unfit values."""
     n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
     if n_points > MOST_POINTS:
         raise InvalidInput(

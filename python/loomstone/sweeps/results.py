@@ -68,7 +68,7 @@ def _flat(report: dict[str, Any], taken: dict[str, Any], prefix: str = "") -> di
 
 
 def check_figures(names: Sequence[str]) -> None:
-    """Raises InvalidInput unless each name is a figure of the reports."""
+    """Raises InvalidInput unless each name is one of the figures that can be plotted."""
     known = ["frames", "steps", "time", "wall_seconds", *_flat(names_of_summary(), {})]
     for name in names:
         if name not in known:
@@ -85,9 +85,9 @@ def plot_figures(
 ) -> Path | None:
     """Plots figures of the table over the numeric parameter with the most values.
 
-    Each combination of the other parameters is a line. Returns the path of the picture (PNG), or
-    None if no numeric parameter has several values or no run is finished. Raises Unsupported if
-    matplotlib is not installed, and CacheError if the picture cannot be written.
+    Each combination of the other parameters is a line. Returns the path of the picture, or None if
+    no numeric parameter has several values or no run is finished. Raises Unsupported if matplotlib
+    is not installed, and CacheError if the picture cannot be written.
     """
     numeric = [name for name, each in values.items() if len(each) > 1 and all(map(_number, each))]
     if not rows or not numeric:

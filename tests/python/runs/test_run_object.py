@@ -22,6 +22,8 @@ def test_a_stacked_array_is_that_of_every_frame(run, name):
     assert np.array_equal(stacked[::2, 1:4], np.array(frames)[::2, 1:4])
     assert np.array_equal(stacked[[0, 3]], [frames[0], frames[3]])
     assert np.array_equal(stacked[..., 0], np.array(frames)[..., 0])
+    first = (0,) * frames[1].ndim
+    assert stacked[(..., 1, *first)] == frames[1][first]
     assert np.array_equal(stacked[run.times > 0.05], np.array(frames)[run.times > 0.05])
     assert len(list(stacked)) == len(stacked) == 4 and stacked[4:].shape == (0, *frames[0].shape)
     with pytest.raises(IndexError):
