@@ -25,8 +25,8 @@ struct Renderer::Data {
   bool diverging = false;  // automatic ranges are centred on the neutral value
   std::unique_ptr<Context> context;
   GL gl{};
-  std::optional<Framing> framing;  // determined from the first frame
-  Points first_bodies;             // (nb x 3) body vertices of the first frame [m]
+  std::optional<Framing> framing;  // set by fit()
+  Points first_bodies;             // (nb x 3) body vertices of the frame given to fit() [m]
   std::optional<MeshBuffers> bodies;
   bool with_curves = false;  // `bodies` also contains the curves of the last picture
 
