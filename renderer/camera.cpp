@@ -54,8 +54,8 @@ Framing nothing() {
   return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
 }
 
-// Enlarges the box so that each edge is at least 1e-6 m and 2 % of the diagonal before. A box
-// without points becomes a cube with edges of 1 m about the origin.
+// Enlarges the box so that each edge has at least 2 % of the original length of the diagonal, and
+// 1e-6 m. A box without points becomes a cube with edges of 1 m about the origin.
 void widen(Framing& framing) {
   if (!(framing.low.array() <= framing.high.array()).all()) {
     framing.low = Vec3::Constant(-0.5);
