@@ -1,4 +1,4 @@
-"""A square cloth falls onto a sphere and drapes over it in folds.
+"""A square cloth falls onto a sphere and comes to rest in folds.
 
 The corners swing down and folds form between them. The sphere is off-centre, so the cloth hangs
 unevenly. The cloth does not reach the floor below. The initial state and the material are those of
