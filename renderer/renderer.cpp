@@ -22,7 +22,7 @@ struct Renderer::Data {
   FrameTopology topology;
   std::vector<Index> casting;  // vertices of visible bodies and obstacles other than floors
   RenderOptions options;
-  bool diverging = false;  // automatic ranges are centred on the neutral value
+  bool diverging = false;  // whether the colour map is diverging
   std::unique_ptr<Context> context;
   GL gl{};
   std::optional<Framing> framing;  // set by fit()
