@@ -19,7 +19,7 @@ __all__ = ["BodyGrip", "ClothGrip", "Grip", "ObstacleGrip"]
 
 Floats = NDArray[np.float64]
 
-# Fraction of the mass of a cloth that a hand grips.
+# Smallest fraction of the mass of a cloth that a hand grips.
 _PATCH = 0.05
 # The force of a hand is at most the whole mass of what it grips (cloth or body) times this
 # acceleration [m/s^2], which is about eight times gravity.
