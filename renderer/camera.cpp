@@ -3,8 +3,8 @@
 // (c - eye_c), where t is the tangent of half the angle of view, reduced by a margin. The largest
 // values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to the intersection of
 // two half-planes, whose corner is the closest possible eye. The vertical direction is analogous.
-// The eye is placed at the larger of the two distances. In the direction that would permit a
-// smaller distance, the points are then centred in the picture. If the camera turns, the largest
+// The eye is placed at the larger of the two distances. In the direction that requires the smaller
+// distance, the points are then centred in the picture. If the camera turns, the largest
 // values are those over the circles on which the points turn, so that the distance is the same in
 // all directions.
 #include "renderer/camera.h"
@@ -54,8 +54,8 @@ Framing nothing() {
   return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
 }
 
-// Enlarges the box so that each edge is at least 2 % of its diagonal and 1e-6 m. A box without
-// points becomes a cube with edges of 1 m about the origin.
+// Enlarges the box so that each edge has at least 2 % of the original length of the diagonal, and
+// 1e-6 m. A box without points becomes a cube with edges of 1 m about the origin.
 void widen(Framing& framing) {
   if (!(framing.low.array() <= framing.high.array()).all()) {
     framing.low = Vec3::Constant(-0.5);

@@ -1,5 +1,4 @@
-// Checks the input of the renderer. Messages say what must hold and where, and in most cases what
-// was given and what to do.
+// Checks the input of the renderer.
 #include "renderer/check.h"
 
 #include <algorithm>

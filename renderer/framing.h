@@ -24,7 +24,8 @@ struct Framing {
 // choice: a sheet held at one side falls that far).
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
-// Finds a camera that shows the cloth and bodies of several frames as large as possible.
+// Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible.
+// Floors and hidden bodies are left out.
 class CameraFit {
  public:
   // Throws InvalidInput for an invalid topology or options, or if the camera has key frames.

@@ -30,8 +30,8 @@ DrawnMesh drawn_cloth(const FrameTopology& topology);
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
-// Returns (k x 3) unit normals of the drawn vertices. Each is the mean normal of the triangles of
-// its group, weighted by the angles at their corners.
+// Returns (k x 3) unit normals of the drawn vertices. Each has the direction of the mean normal of
+// the triangles of its group, weighted by the angles at their corners, or of z if the mean is zero.
 Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 
 // OpenGL buffers of a drawn mesh.

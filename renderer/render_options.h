@@ -70,7 +70,7 @@ struct RenderOptions {
   ClothPattern pattern = ClothPattern::Weave;
   std::string color_by =
       "cloth";  // "cloth" or a scalar field; fields joined by + become rows of the picture
-  double color_low = 0.0, color_high = 0.0;  // if equal, the drawn values define the range
+  double color_low = 0.0, color_high = 0.0;  // if equal: automatic; see color_range()
   std::string color_map = "viridis";         // its colours are an argument of Renderer
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;

@@ -22,11 +22,11 @@ struct Renderer::Data {
   FrameTopology topology;
   std::vector<Index> casting;  // vertices of visible bodies and obstacles other than floors
   RenderOptions options;
-  bool diverging = false;  // automatic ranges are centred on the neutral value
+  bool diverging = false;  // whether the colour map is diverging
   std::unique_ptr<Context> context;
   GL gl{};
-  std::optional<Framing> framing;  // determined from the first frame
-  Points first_bodies;             // (nb x 3) body vertices of the first frame [m]
+  std::optional<Framing> framing;  // set by fit()
+  Points first_bodies;             // (nb x 3) body vertices of the frame given to fit() [m]
   std::optional<MeshBuffers> bodies;
   bool with_curves = false;  // `bodies` also contains the curves of the last picture
 

@@ -1,7 +1,7 @@
 """Four cloths fall onto four small spheres.
 
 From left to right, the bending stiffness increases eightfold from each cloth to the next. The folds
-become fewer and wider, until the stiffest cloth stands out like cardboard. The scene is based on
+become fewer and wider, until the stiffest cloth sticks out like cardboard. The scene is based on
 example 2.4 of [Thomaszewski2010], which doubles the stiffness three times.
 """
 

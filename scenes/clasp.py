@@ -1,7 +1,7 @@
 """Magnets sewn into cloth: a magnetic clasp closes two curtains.
 
-Two curtains hang side by side and overlap. One has a magnet sewn to the back of its edge, the other
-to the front. The magnets attract each other, snap together with both cloths between them, and keep
+Two curtains hang side by side and overlap. One has a magnet sewn to its back, the other to its
+front. The magnets attract each other, snap together with both cloths between them, and keep
 the curtains closed. Red is north and blue is south.
 """
 
@@ -48,8 +48,8 @@ def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
         mesh = curtain(side, triangles)
         x = np.asarray(mesh.vertices)
         place = np.array((0.0, -side * APART, AT))
-        # The cloth is sewn to the magnet up to one mesh edge beyond the magnet's outline, so that
-        # no triangle that can bend touches the magnet.
+        # The cloth is sewn to the magnet up to one mean mesh edge beyond the magnet's outline, so
+        # that it hardly bends where it touches the magnet.
         beyond = np.maximum(
             np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0],
             np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2],

@@ -3,7 +3,7 @@
 swapped. C has edge-based strain limits, and D has no limits.
 
 Strain stays small along weft in A and along warp in B, although the cloth stretches in the other
-direction. With a single limit for all edges (C), strain is limited equally in all directions.
+direction. In C, a single limit holds for all edges, in whatever direction they run.
 Without limits (D), strain concentrates over the sphere. The commands below reproduce figure 3.7 of
 the thesis.
 

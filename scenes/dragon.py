@@ -1,9 +1,8 @@
 """Iron balls fall on a magnetised dragon (figure 6.3 of [Thomaszewski2010]).
 
-Balls that hit the coils of the serpentine dragon stick to it and to one another, along ridges where
-the field is strong. Balls that miss roll away over the floor. Red is north and blue is south. `-p
-mesh=FILE` uses any closed mesh as the dragon. `-p cells=1824` or `-p cells=3628` replaces exact
-fields by the dipole cells of the thesis.
+Many balls stick to the coils of the serpentine dragon and to one another. The others fall to the
+floor. Red is north and blue is south. `-p mesh=FILE` uses any closed mesh as the dragon. `-p
+cells=1824` or `-p cells=3628` replaces exact fields by the dipole cells of the thesis.
 """
 
 from pathlib import Path

@@ -1,7 +1,7 @@
 """A dress hangs by its straps from a bar, and is shaken and spun.
 
-The skirt starts as a cone and falls into folds. From 1 s on, the bar moves rapidly back and forth
-and the dress swings after it. From 2.8 s on, the bar turns ever faster: the skirt first winds round
+The skirt starts as a cone and falls into folds. From 1 s to 2.6 s, the bar moves back and forth and
+the dress swings after it. From 2.8 s on, the bar turns ever faster: the skirt first winds round
 itself, then flies out. This is example 3.4 of [Thomaszewski2010] (figure 3.9), with the same
 stiffness and strain limits and nearly the same number of triangles. The pattern of 13 panels is our
 own.

@@ -2,9 +2,8 @@
 [Thomaszewski2010], in motion).
 
 Lines run from red north poles to blue south poles, and each carries the same share of the flux.
-The bar flies to the pole that attracts it, snaps on and stands up. Lines that had run between the
-two poles through the air then run between the far end of the bar and the other pole. There is no
-gravity.
+The bar flies to the pole that attracts it, snaps on and stands up. Lines then run between the far
+end of the bar and the other pole. There is no gravity.
 """
 
 import loomstone as ls

@@ -1,7 +1,7 @@
 """A Halbach array: a row of cubes whose magnetisation turns by 90 degrees from one cube to the
 next, so that one side of the row is strong and the other weak.
 
-Field lines are dense above the array and almost absent below it. Two equal small magnets are
+Field lines are dense above the array and sparse below it. Two equal small magnets are
 released at the same distance above and below the array. The upper one turns and is pulled in before
 the lower one. There is no gravity. Red is north and blue is south.
 """

@@ -49,7 +49,7 @@ def scene(triangles: int = 6000, slack: float = 8.0, friction: float = 0.2) -> l
     edge = np.sqrt(2.0 * length * WIDTH / triangles)
     columns, rows = max(3, round(WIDTH / edge)), max(20, round(length / edge))
     flat = ls.grid(size=(WIDTH, length), cells=(columns, rows))
-    # The ribbon stands on its edge, with its width along y. All lines along it are therefore as
+    # The width of the ribbon is along y everywhere. All lines along the ribbon are therefore as
     # long as the centre line.
     line = np.repeat(centre_line(rows), columns + 1, axis=0)
     mesh = ls.TriangleMesh(

@@ -1,11 +1,10 @@
 """A superconductor floats over a magnetised ring (example 6.5 of [Thomaszewski2010]). It is a ball
 or, with `shape="cube"`, the cube of the thesis.
 
-The superconductor is released beside and above its equilibrium, oscillates about it and never
-touches the ring. The field vanishes at a point on the axis, and the superconductor is driven
-towards this point. The cube also turns, because its corners are driven towards this point first.
-With `material="magnet"`, a permanent magnet replaces the superconductor, and falls or flips. Red is
-north and blue is south.
+The superconductor is released beside and above its equilibrium and oscillates about it without
+touching the ring. The magnetic force drives it towards a point on the axis where the field
+vanishes. The cube also turns. With `material="magnet"`, a permanent magnet replaces the
+superconductor, and falls or flips. Red is north and blue is south.
 """
 
 from typing import Any

@@ -1,8 +1,8 @@
 """A permanent magnet lifts soft iron balls out of a bowl (figure 6.2 of [Thomaszewski2010]).
 
 The magnet comes down. Five balls jump to it and to one another, and hang below it when it rises
-again. One ball touches the magnet; the others hang on balls. Two balls are too far away and stay in
-the bowl. Red is north and blue is south.
+again. One of the five touches the magnet, and the other four hang on balls. Two balls are too far
+away and stay in the bowl. Red is north and blue is south.
 """
 
 from typing import Any

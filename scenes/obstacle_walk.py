@@ -1,9 +1,9 @@
 """A figure in a dress walks over two hurdles and up three stairs.
 
-The figure is a closed surface over a skeleton of 21 bones. It takes two steps per second, and its
-feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3 of
-[Thomaszewski2010] (figures 4.8 and 4.9) has about as many triangles; figure, course and dress are
-our own.
+The figure is a closed surface over a skeleton of 21 bones. It takes two steps per second. The balls
+of its feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3
+of [Thomaszewski2010] (figures 4.8 and 4.9) has about as many triangles; figure, course and dress
+are our own.
 
     loomstone run scenes/obstacle_walk.py --integrator semi-implicit-euler --step 1e-3
 """
@@ -36,7 +36,7 @@ HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # x coordinates and box size 
 # Places of the ankles along the course [m]: first both feet, then the right and left foot in turn
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
-SHOULDER = 1.437  # height of the axis of the bar of the dress [m]; the joints are 6 mm lower
+SHOULDER = 1.437  # height of the bar of the dress [m]; the shoulder joints are 6 mm lower
 REACH = 0.822  # distance from hip to ankle, as seen from the side, that limits the pelvis [m]
 END = 4.6  # x coordinate of the end of the stairs [m]
 
@@ -79,7 +79,8 @@ def skeleton() -> dict[str, Bone]:
 
 
 def distances(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Returns the distances (n x bones) [m] of points (n x 3) from the bones, negative inside."""
+    """Returns approximate distances (n x bones) [m] of points (n x 3) from bones, negative inside.
+    """
     columns = []
     for bone in bones.values():
         joint, along = np.array(bone.joint), np.subtract(bone.end, bone.joint)

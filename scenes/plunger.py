@@ -1,8 +1,7 @@
 """An iron bar is pulled into a coil when the voltage is switched on, oscillates there, and drops
 when the voltage is switched off.
 
-The bar jumps from the floor into the middle of the coil, oscillates about it and falls back. The
-current dips while the bar enters, because the iron increases the flux through the coil. Red is
+The current dips while the bar enters, because the iron increases the flux through the coil. Red is
 north and blue is south. The lines are magnetic field lines.
 """
 

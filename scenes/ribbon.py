@@ -1,8 +1,8 @@
 """A long ribbon falls on two inclined planes, slides down and piles up in folds.
 
 At first, the ribbon is almost vertical, above the upper plane. It is integrated by asynchronous
-steps: every triangle has its own step, and collisions are handled at events within `step`.
-Example 4.4 of [Thomaszewski2010] starts in the same way.
+steps, in which triangles have steps of their own. Example 4.4 of [Thomaszewski2010] starts in the
+same way.
 """
 
 import loomstone as ls

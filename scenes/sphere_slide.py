@@ -20,7 +20,7 @@ LIMITS = (0.1, 0.1, 0.4)
 
 
 def scene(triangles: int = 14476, limited: bool = True, friction: float = 0.1) -> ls.Scene:
-    """limited=False removes the strain limits and shows how much the cloth then strains."""
+    """limited: whether there are strain limits; friction: that of cloth and sphere."""
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles, seed=3).moved(
         (0.045, 0.03, RADIUS + 0.006)
     )

@@ -6,9 +6,9 @@ picture.
 
 Without RUN, the first second of scenes/drape.py is simulated with 3,600 triangles. PYTHON is an
 interpreter that has the module bpy (Blender 5, Python 3.11). Blender renders the frame (default:
-the last) with Cycles to OUT/blender-FORMAT.png. The program prints the total size of the files, the
-times of export, import and rendering, and the largest distance between the position of a cloth
-vertex in Blender and that in the run.
+the last) with Cycles to DIRECTORY/blender-FORMAT.png. The program prints the total size of the
+files, the times of export, import and rendering, and the largest distance between the position of a
+cloth vertex in Blender and that in the run.
 """
 
 import argparse

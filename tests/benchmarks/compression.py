@@ -1,6 +1,7 @@
 """Size, writing time and reading time of frames at several levels of compression.
 
-Frames of a drape are simulated once and then written and read at each level on one thread.
+Frames of a drape are simulated once, and then written and read at each level. Times are processor
+times.
 """
 
 from __future__ import annotations

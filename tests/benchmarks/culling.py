@@ -24,7 +24,7 @@ from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
 COLUMNS = ("overlap", "constant", "reach", "registered")
-FASTER = 1.5  # assumed speed, in parts of the speed at the start (core/collision/approach_bounds.h)
+FASTER = 1.5  # assumed speed / speed at the start (core/collision/approach_bounds.h)
 
 
 def allowance(step: float) -> float:

@@ -34,7 +34,7 @@ def milliseconds(threads: int) -> float:
 
 
 def least(threads: int, seconds: float, *functions: Callable[[], object]) -> list[float]:
-    """Minimum time of each function [ms]. Calls alternate, so that all run under the same load.
+    """Minimum time of each function [ms]. Calls alternate, so that all run under similar load.
 
     The first call of each is not counted.
     """

@@ -1,7 +1,7 @@
 """Scenes whose fields the library Hypothesis mutates at random, for faults.py and the tests.
 
-A mutated scene must either be refused by an ls.Error of one line, or be simulated with finite
-positions and velocities. Any intersections of cloth must be reported.
+A mutated scene must either fail with an ls.Error of one line, or be simulated with finite positions
+and velocities. If cloth intersects, the report must say so.
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ def built(mutation: dict[str, Any]) -> ls.Simulation:
 
 
 def try_mutation(mutation: dict[str, Any]) -> str:
-    """Builds a mutated scene and takes two steps. Returns "refused" or "simulated"."""
+    """Builds a mutated scene and takes two steps. Returns "refused" after an ls.Error, else
+    "simulated".
+    """
     try:
         sim = built(mutation)
         for _ in range(2):

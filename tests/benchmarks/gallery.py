@@ -2,8 +2,8 @@
 
     python tests/benchmarks/gallery.py [--scenes drape twist --out docs]
 
-Runs every scene with its own parameters on one thread, draws one frame of it as
-OUT/images/scenes/NAME.jpg and writes size and processor time to OUT/gallery.json. Scenes that
+Runs every scene with its default parameters on one thread, draws one frame of it as
+OUT/images/scenes/NAME.jpg and writes its size and times to OUT/gallery.json. Scenes that
 gallery.json lists are left out unless they are named, so that an interrupted call continues. All
 scenes take about 20 minutes.
 """

@@ -13,7 +13,7 @@ The first row has no limits. The next are edge-based limiting (ESL), coloured an
 Gauss-Seidel, and Jacobi (one and two threads), each after an implicit step without limits, as in
 the thesis. The last row is the default: coloured Gauss-Seidel after a solve with limits. Times are
 processor times of a step. The time of limiting is this time multiplied by the share of limiting in
-the wall time. Only ratios within a block of rows are meaningful.
+the wall time.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
 
 
 def plot(file: Path, tables: list[Path]) -> None:
-    """Plots the remaining excess and the time of a step from printed tables."""
+    """Plots the worst excess and the time of a step per triangle from printed tables."""
     package("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 

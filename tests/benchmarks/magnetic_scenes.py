@@ -8,15 +8,15 @@ run on one thread.
   explicit
 - magnetics: one evaluation of all forces and torques, including induced moments
 - substeps: evaluations per step
-- rigid: remaining time of a step, mostly contacts
+- rigid: remaining time of a step
 - frames/s: frames of 40 ms
 - gain: time of the sum over all pairs of leaves (smallest cells) divided by that of the sum over
-  fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]); timed
-  if there are at least two magnets, with bodies at their initial positions but not rotated, and
-  obstacles without their scripted poses; soft spheres are not timed
+  fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]);
+  timed only for magnets with cells, if there are at least two, with bodies at their initial
+  positions but not rotated, and obstacles without their scripted poses
 
 Times are processor times in milliseconds. The time of an evaluation is the minimum of repeats,
-averaged over ten instants of the run. The time of a step is the mean over the run.
+averaged over about ten instants of the run. The time of a step is the mean over the run.
 """
 
 import argparse

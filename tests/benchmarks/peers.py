@@ -1,6 +1,6 @@
 """Compares loomstone with other programs on one scene, in one run on one machine: seconds per frame
-at 25 Hz, largest stretch and intersecting triangles. For the swing, the last column is the energy
-that is left at the end, as a share of that at the start; the energy of the sheet at rest is
+at 25 Hz, largest stretch and intersecting pairs of triangles. For the swing, the last number is the
+energy that is left at the end, as a share of that at the start; the energy of the sheet at rest is
 subtracted from both.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
@@ -8,10 +8,10 @@ subtracted from both.
 
 The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the chosen programs
 installed. A missing program is left out and reported in one line. Stretch and intersecting pairs
-of all programs are computed here from their frames: the largest principal stretch, and pairs by
+are computed here from the frames of each program: the largest principal stretch, and pairs by
 exact arithmetic. Times depend on the machine, so quote only ratios.
 
-These commands give the figures of docs/performance.md. Each program is installed into a virtual
+These commands repeat comparisons of docs/performance.md. Each program is installed into a virtual
 environment of its own, because they need different versions of common packages:
 
     python3.11 -m venv blender && blender/bin/pip install bpy==5.0.1 numpy
@@ -49,7 +49,7 @@ from smoke import SCENES, SHARED, parsed
 
 HELPERS = Path(__file__).with_name("peer_helpers")  # modules that scripts in SHARED/peers lack
 NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
-# Blender's steps per frame. With fewer than 30 steps, its simulation of the twist fails.
+# Blender's steps per frame. Its simulation of the twist needs more steps than the other scenes.
 QUALITY = {"drape": 10, "twist": 30, "swing": 10}
 SCRIPTS = {  # in SHARED/peers
     "blender": "run_blender.py",
@@ -152,8 +152,8 @@ def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.f
 
 
 def looked_at(path: Path, name: str) -> Seen:
-    """Evaluates a file of another program: uv (n x 2), faces (m x 3), positions X (frames x n x 3)
-    and computing time.
+    """Evaluates a file of another program: uv (n x 2), faces (m x 3), positions X (frames x n x 3),
+    times t of the frames [s] and computing time.
     """
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]

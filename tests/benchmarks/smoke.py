@@ -1,7 +1,7 @@
 """Functions shared by the benchmarks: the --smoke option and the exit when something is missing.
 
 With --smoke a program defaults to tiny sizes and ends within seconds; the tests run it this way.
-Exit status 77 means that data or a package is missing; the standard error names it in one sentence.
+Exit status 77 means that something that the program needs is missing; the standard error names it.
 """
 
 from __future__ import annotations

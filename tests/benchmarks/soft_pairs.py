@@ -2,12 +2,12 @@
 
     python tests/benchmarks/soft_pairs.py [--cells 8 12 16] [--finest 24] [--gaps 0.1 0.3 1 2]
 
-For each number of cells, prints the processor time of one thread [s] for the factorisation, for the
-induced magnetisation and for the force, the number of iterations and the largest memory so far
-[MB]. Here chi = 100, and the second cuboid is a tenth of its height above the first and offset
-along both long edges. Then prints true and estimated errors of force and torque for cuboids above,
-offset, beside and turned, at each gap (in heights). These pairs have chi = 1, 100 and 1e5 in turn.
-True errors are differences from the result with `--finest` cells.
+For each number of cells, prints the processor time [s] for the factorisation, for the induced
+magnetisation and for the force, the number of iterations and the largest memory so far [MB]. Here
+chi = 100, and the second cuboid is a tenth of its height above the first and offset along both long
+edges. Then prints true and estimated relative errors of force and torque for cuboids above, offset,
+beside and turned, at each gap (in heights). These pairs have chi = 1, 100 and 1e5 in turn. True
+errors are differences from the result with `--finest` cells.
 """
 
 import argparse

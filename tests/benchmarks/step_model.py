@@ -78,7 +78,7 @@ def fitted(runs: list[Measured], part: str) -> tuple[float, float]:
 
 def predicted(runs: list[Measured], ranks: int, network: tuple[float, float, float]) -> float:
     """Returns the predicted time of a step [s]; network: latency [s], bandwidth [bytes/s] and
-    processor time per message [s].
+    processor time per message at each of its two ends [s].
     """
     latency, bandwidth, overhead = network
     seconds = sum(a + b / ranks for a, b in (fitted(runs, "collision"), fitted(runs, "other")))
@@ -90,7 +90,7 @@ def predicted(runs: list[Measured], ranks: int, network: tuple[float, float, flo
 
 
 def record(directory: Path) -> list[Path]:
-    """Runs a small drape on one rank and on two."""
+    """Runs a small drape on one rank and on two; returns the directories of both runs."""
     if shutil.which("mpirun") is None:
         missing("mpirun is not installed")
     as_root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}

@@ -29,7 +29,7 @@ from smoke import SCENES, missing, parsed
 
 
 def drape(triangles: int, duration: float, threads: int, ranks: bool) -> None:
-    """Steps the drape and prints its wall and processor time [s], excluding the start-up."""
+    """Steps the drape; prints wall and processor time [s] without start-up and first step."""
     import loomstone as ls
     from loomstone.runs.scene_file import SceneFile
 

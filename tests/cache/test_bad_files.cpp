@@ -280,7 +280,7 @@ TEST_CASE("a writer that fails on a full disk leaves the frames it has written")
           CacheError);
     }
     INFO("files of " << limit << " bytes at most, " << n_written << " frames");
-    CHECK((n_written > 0 || limit == 900000));  // the first frame needs more than 900000 bytes
+    CHECK((n_written > 0 || limit == 900000));  // the first frame may need more than 900000 bytes
     const FrameReader reader(directory.path());
     REQUIRE(reader.n_frames() == n_written);
     for (int index = 0; index < n_written; ++index)

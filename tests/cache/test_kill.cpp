@@ -1,4 +1,4 @@
-// A run killed at any moment leaves complete and correct files and can be continued.
+// Tests of runs that are killed at random moments: whether their files can be read and continued.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using namespace loomstone::testing;
 namespace {
 
 // Runs `work` in a child process and kills it (SIGKILL) after the given number of microseconds; 0
-// means never. Returns true if the child was killed.
+// means never. Returns whether the child was killed, and otherwise checks that it succeeded.
 template <class Work>
 bool kill_after(unsigned microseconds, const Work& work) {
   const pid_t child = fork();
@@ -43,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Checks every frame of a run. Returns the number of frames.
+// Checks the topology and every frame of a run. Returns the number of frames.
 int check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));
@@ -90,7 +90,7 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     try {
       most = std::max(most, check_run(directory.path(), topology));
     } catch (const CacheError& error) {
-      // There is no run file between the removal of the old one and the creation of the new one.
+      // There is no run file from the removal of the old one until the new one is renamed.
       const bool absent = std::string(error.what()).find("No such file") != std::string::npos;
       if (!absent) FAIL_CHECK(error.what());
     }

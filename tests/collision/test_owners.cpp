@@ -29,7 +29,8 @@ TestScene sheets_on_table(Index cells) {
        {grid_cells(0.3, 0.3, 4, 4).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
 }
 
-// Contacts of some steps. results() adds end positions and the results of approach().
+// Contacts of some steps, and numbers of contacts and impacts. results() adds end positions and the
+// results of approach().
 struct Results {
   std::vector<double> numbers;
   std::int64_t contacts = 0, impacts = 0, unlisted = 0;
@@ -46,8 +47,8 @@ struct Results {
   }
 };
 
-// Returns the results of eight steps of random motion. Six steps are calm. In the other two, all
-// vertices of the sheets move by far more than a list allows.
+// Returns the results of eight steps of random motion. Six steps are calm. In the other two, the
+// coordinates of the sheets change by up to 30 mm, far more than a list allows.
 Results results(const TestScene& scene, std::shared_ptr<const Communicator> ranks) {
   CollisionStage stage(scene.model, Decomposition::Predicted, std::move(ranks));
   Points x = scene.x;
@@ -71,8 +72,8 @@ Results results(const TestScene& scene, std::shared_ptr<const Communicator> rank
   return all;
 }
 
-// Returns the contacts and impacts of calm steps. After every fourth step, some vertices of one
-// sheet jump over the other sheet.
+// Returns the contacts and the number of impacts of calm steps. After every fourth step, some
+// vertices of one sheet jump over the other sheet.
 Results results_with_jumps(const TestScene& scene, std::shared_ptr<const Communicator> ranks) {
   CollisionStage stage(scene.model, Decomposition::Predicted, std::move(ranks));
   Points x = scene.x;

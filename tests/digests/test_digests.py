@@ -1,4 +1,4 @@
-"""One thread, two threads and two ranks reproduce the recorded digests."""
+"""One thread, two threads and two ranks reproduce the recorded digests of all scenes."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-// Tests of the motion of bodies under magnetic forces alone, without the rest of a simulation.
+// Tests of the motion of bodies under magnetic forces, without the rest of a simulation.
 #include <catch2/catch.hpp>
 
 #include <cmath>

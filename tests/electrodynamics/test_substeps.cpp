@@ -10,8 +10,8 @@ using namespace loomstone;
 
 namespace {
 
-// Lengths [s] of the sub-steps of a 1 s step, given the angular frequency [rad/s] at the start of
-// each sub-step.
+// Lengths [s] of the first sub-steps of a 1 s step, given the angular frequency [rad/s] at the
+// start of each of them.
 std::vector<double> lengths(const std::vector<double>& frequencies) {
   Substeps parts(1.0, 0.15);
   std::vector<double> result;

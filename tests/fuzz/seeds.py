@@ -1,4 +1,4 @@
-"""Writes small valid files from which the fuzz targets start: seeds.py DIRECTORY."""
+"""Writes small files, from which the fuzz targets start, to DIRECTORY/seeds: seeds.py DIRECTORY."""
 
 import sys
 from pathlib import Path

@@ -84,7 +84,7 @@ Asynchronous options_of(double interval, double multiple = 4.0) {
   return options;
 }
 
-// A grid whose cells change in size along one axis, so that edges differ by a factor of about 5.
+// A grid whose cells become wider along one axis.
 TriangleMesh graded() {
   const TriangleMesh mesh = jittered_grid(0.6, 0.4, 12, 8, 0.2, 5);
   Points x = mesh.vertices();

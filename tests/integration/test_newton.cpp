@@ -24,8 +24,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   const std::string element = GENERATE("mid-edge", "hinge");
   CAPTURE(method, element);
-  // A spinning sheet under tension, rolled to hinge angles of about 0.5 rad. At these angles, the
-  // geometric stiffness of bending is comparable to the elastic stiffness.
+  // A spinning sheet under tension, rolled to hinge angles of about 0.5 rad, at which the geometric
+  // stiffness of bending matters.
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.implicit()->bending = BendingInStep::Implicit, o.newton()->newton_tolerance = 1e-13;
@@ -47,7 +47,7 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   for (std::size_t k = 0; k + 1 < r.size(); ++k) {
     if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // too far from the solution, or below rounding
     // Quadratic convergence means r_{k+1} <= C r_k^2 with one constant C. Linear convergence would
-    // violate this bound at the next iteration.
+    // violate this bound after some iterations.
     CHECK(r[k + 1] <= 30.0 * r[k] * r[k]);
     ++n_squared;
   }

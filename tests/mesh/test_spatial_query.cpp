@@ -91,7 +91,7 @@ void check_against_brute_force(const TriangleMesh& mesh, int n_points, std::uint
     const Vec3 p = centre + random_point(random, 1.5 * size);
     const ClosestPoint found = query.closest(p, infinity);
     REQUIRE(found.triangle >= 0);
-    // Each of the two methods rounds coordinates (to 1e-16 of their size) about ten times.
+    // The tolerance covers rounding in both methods.
     const double rounding = 1e-14 * (size + centre.norm());
     REQUIRE(std::abs(found.distance - brute_force(p, mesh.vertices(), mesh.triangles())) <
             rounding);
@@ -113,8 +113,8 @@ TEST_CASE("the closest point is that of a search over all triangles") {
   check_against_brute_force(icosphere(0.3, 3), 300, 1);
   check_against_brute_force(lumpy_mesh(), 300, 2);
   check_against_brute_force(box(1.0, 2.0, 0.1), 300, 3);
-  // Far from the origin, single precision resolves only 6 cm, a fifth of the radius. The query is
-  // still exact.
+  // Far from the origin, single precision resolves only 6 cm, a fifth of the radius. The query must
+  // keep double precision.
   check_against_brute_force(icosphere(0.3, 2).moved(Vec3(1e6, -1e6, 5e5)), 100, 4);
 }
 
@@ -199,8 +199,8 @@ TEST_CASE("the inside test of a box is right close to its edges and vertices") {
   std::mt19937_64 random(7);
   std::uniform_int_distribution<int> choice(0, 2);
   for (int i = 0; i < 3000; ++i) {
-    // Each coordinate is random or within 1e-9 of a side, so points are close to faces, edges and
-    // vertices.
+    // Each coordinate is random or within 1e-9 of a side, so most points are close to a face, an
+    // edge or a vertex.
     Vec3 p = random_point(random, 1.3).cwiseProduct(half);
     for (int k = 0; k < 3; ++k) {
       if (choice(random) > 0)

@@ -120,7 +120,7 @@ void halos_are_refreshed_and_nothing_else(const RankProgram& program) {
     program.claim("gathered rows are current", rows[4 * row] == row && rows[4 * row + 1] == -1.0);
 }
 
-// Overwrites the rows that this rank does not own with NaN.
+// Overwrites the rows of b and x that this rank does not own with NaN.
 void forget_rows_of_others(RandomSystem& system) {
   for (Index row = 0; row < system.b.rows(); ++row)
     if (!system.layout->owns(row))
@@ -128,8 +128,9 @@ void forget_rows_of_others(RandomSystem& system) {
 }
 
 void solutions_keep_their_bits(const RankProgram& program) {
-  // Side 90 gives 64 blocks of rows, so there are three coarse levels. Side 45 gives 16 blocks, and
-  // side 13 gives 2, so that a third rank owns none. Terms couple distant rows, also with bodies.
+  // Side 90 gives 64 blocks of rows, so there are several coarse levels. Side 45 gives 16 blocks,
+  // and side 13 gives 2, so that a third rank owns none. Terms couple distant rows, also with
+  // bodies.
   for (const Index side : {90, 45, 13}) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);

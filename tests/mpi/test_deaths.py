@@ -1,6 +1,6 @@
-"""If a run ends early, its exit code tells why, its last sentence tells how to continue, and the
-run can be resumed. A rank that does not answer is named, and the job ends. Also tests the
-check of LOOMSTONE_MPI_TIMEOUT, the refusal of other launchers and the default number of threads.
+"""Tests of runs that end early: exit code, the sentence that tells how to continue, and resumption.
+A rank that does not answer is named, and the job ends. Also tests the check of
+LOOMSTONE_MPI_TIMEOUT, the refusal of other launchers and the default number of threads.
 """
 
 import os

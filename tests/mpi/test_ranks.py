@@ -64,7 +64,7 @@ def test_a_run_tells_where_its_ranks_are_and_how_long_they_wait(scene, tmp_path)
             parts = [steps[f"ranks.collision_{name}"][i] for name in ("computing", "waiting")]
             assert parts[0] <= steps["ranks.computing"][i] and parts[1] <= steps["ranks.waiting"][i]
             assert (steps["ranks.operations"][i] > 10) == (n == 2)
-            # Each rank sends at least the positions of the rows it owns.
+            # With two ranks, a rank sends at least the bytes of the positions of half of the rows.
             assert (steps["ranks.bytes"][i] >= 3 * 8 * rows // 2) == (n == 2)
 
 

@@ -1,5 +1,5 @@
-// A random tree of tests. Some of its branches are long and others end at once, as in the traversal
-// of two hierarchies.
+// Random trees of tests. Some branches are long and others end at once, as in the traversal of two
+// hierarchies.
 #pragma once
 
 #include <algorithm>

@@ -68,7 +68,7 @@ TEST_CASE("a binned sum has the same bits for every order and division of its nu
 }
 
 TEST_CASE("a binned sum of numbers of similar size is exact up to one rounding") {
-  // Exponents differ by at most 40, so all bits of a number are kept.
+  // The numbers have similar exponents, so all bits of a number are kept.
   for (const int scale : {-900, -30, 0, 900}) {
     const std::vector<double> numbers = numbers_of(1000, 10, 3);
     BinnedSum sum;

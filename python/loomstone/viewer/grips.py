@@ -19,7 +19,7 @@ __all__ = ["BodyGrip", "ClothGrip", "Grip", "ObstacleGrip"]
 
 Floats = NDArray[np.float64]
 
-# Fraction of the mass of a cloth that a hand grips.
+# Smallest fraction of the mass of a cloth that a hand grips.
 _PATCH = 0.05
 # The force of a hand is at most the whole mass of what it grips (cloth or body) times this
 # acceleration [m/s^2], which is about eight times gravity.
@@ -60,7 +60,12 @@ class _Spring:
         self._carried = np.zeros(3)
 
     def force(self, way: Floats, velocity: Floats, length: float) -> Floats:
-        """Returns the force (3) [N] on a held part; `way` (3) [m] leads from it to the goal."""
+        """Returns the force (3) [N] on the held part.
+
+        way : vector (3) from the grabbed point to the goal [m]
+        velocity : velocity (3) of the held part [m/s]
+        length : length of the step that has just ended [s]
+        """
         stiffness = self._mass / self._time**2
         force = stiffness * way - self._mass / self._time * velocity + self._carried
         size = float(np.linalg.norm(force))
@@ -71,7 +76,7 @@ class _Spring:
 
 
 class ClothGrip:
-    """Holds the cloth around a point: the nearest vertices, with a twentieth of its mass."""
+    """Holds the cloth around a point: the nearest vertices, with at least 5 % of its mass."""
 
     def __init__(
         self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike

@@ -20,13 +20,13 @@ from .page import Page
 
 __all__ = ["Live"]
 
-# Maximum number of pictures shown per second [1/s].
+# Intended number of pictures per second [1/s].
 _RATE = 30.0
 # Largest number of updates of the field lines per second [1/s]. Tracing the lines can take longer
 # than a step.
 _LINE_RATE = 4.0
-# If the simulation lags behind real time by more than this [s], it is shown in slow motion. For
-# smaller delays, pictures are skipped.
+# If the simulation lags behind real time by more than this [s], it is shown in slow motion. Smaller
+# delays are made up for.
 _DELAY = 0.05
 
 
@@ -38,7 +38,7 @@ class Live:
     paused : whether the simulation waits for the user to start it
 
     Attributes: page (Page). Dragging a cloth, a rigid body or an obstacle with the left mouse
-    button pulls it.
+    button pulls it, except floors and obstacles that deform.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Live:
     def rates(self) -> tuple[float, float]:
         """Returns the pictures per second [1/s] and the ratio of simulated to elapsed time [1].
 
-        Both are means over at most the last 10 s, and 0 before the second picture.
+        Both are means over the last pictures, up to 10 s, and 0 for fewer than two pictures.
         """
         pictures = list(self._pictures)
         if len(pictures) < 2:

@@ -56,7 +56,7 @@ class Surfaces:
         return [self._meshes[name] for name, each in self._surfaces.items() if not each.is_cloth]
 
     def on_drag(self, node: Any, listener: Callable[[Any], None]) -> None:
-        """Calls a function with every event (viser.SceneNodeDragEvent) of a drag at a node."""
+        """Calls a function with every viser.SceneNodeDragEvent of the left button at a node."""
         self._listeners[node.name] = listener
         self._listen(node)
 

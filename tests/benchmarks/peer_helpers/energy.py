@@ -7,7 +7,7 @@ Floats = NDArray[np.float64]
 
 
 def lumped_mass(uv: Floats, faces: NDArray[np.int64], density: float) -> Floats:
-    """Returns the mass of each vertex [kg]: a third of that of each triangle around it.
+    """Returns the mass of each vertex [kg]: a third of the mass of the triangles around it.
 
     uv : (n x 2) rest coordinates [m]
     density : mass per area [kg/m^2]

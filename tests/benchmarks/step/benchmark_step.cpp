@@ -6,7 +6,7 @@
 // repetitions. Step times depend on the machine. Their ratio to the time of this product depends on
 // the machine much less.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
-//   of 50 ... 400 cells; --smoke: one row of 10 cells)
+//   of 50 ... 400 cells per edge; --smoke: one row, for 10 cells per edge)
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

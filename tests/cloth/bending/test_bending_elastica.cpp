@@ -45,7 +45,7 @@ double elastica_tip(double w, double& tip_x) {
 }
 
 // Minimises the energy of membrane, bending and load by Newton's method with a line search. Uses
-// the positive semi-definite Jacobian if the exact one is indefinite.
+// the positive semi-definite Jacobian if the exact one is not positive definite.
 class StaticSolve {
  public:
   StaticSolve(const Strip& strip, const Bending& bending, Membrane& membrane)

@@ -1,4 +1,5 @@
-// Tests of both bending elements: derivatives, symmetries, damping, and rest shapes.
+// Tests of both bending elements: derivatives, symmetries, damping, rest shapes, eigenvalues, and
+// subsets of triangles.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

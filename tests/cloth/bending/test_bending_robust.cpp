@@ -216,7 +216,7 @@ TEST_CASE(
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
-    // The noise inverts some triangles.
+    // The noise can invert triangles.
     x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
@@ -229,8 +229,7 @@ TEST_CASE(
     ++n_valid;
     const auto bending = make_midedge_bending(flat_setup(x, mesh.triangles(), rigidity));
     n_averaged += bending->averaged_edges();
-    // The bound is for unit rigidity and density. Its factor of 16 is not proven, but no measured
-    // mesh exceeds it.
+    // The bound is for unit rigidity and density. Its factor of 16 is empirical.
     CHECK(bending->largest_eigenvalue(lumped_areas(x, mesh.triangles())) <=
           16.0 / std::pow(least_height, 4));
   }

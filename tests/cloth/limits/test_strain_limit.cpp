@@ -33,8 +33,8 @@ Mat3 some_turn(int i) {
       .toRotationMatrix();
 }
 
-// Solves the six equations (3.10) of [Thomaszewski2010]: for the three strains, for linear momentum
-// in the plane, and for angular momentum about the centre of the candidate positions.
+// Displacements that solve the six equations (3.10) of [Thomaszewski2010]: for the three strains,
+// for linear momentum in the plane, and for angular momentum about the centre of mass.
 Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3& change) {
   const Corners2& c = cloth.corners[0];
   const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
@@ -69,7 +69,7 @@ Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3&
   return moved;
 }
 
-// Performs one sweep with a tolerance far below the excess.
+// Positions after one sweep with a tolerance far below the excess.
 Points corrected(const LimitedCloth& cloth, const Points& x, const char* method = "gauss-seidel") {
   StrainLimiter limiter(cloth, sweeping(method, 1e-15, 1));
   Points moved = x;
@@ -132,7 +132,7 @@ TEST_CASE(
     "a triangle meets its target for a fixed rotation; for the new rotation the error is "
     "quadratic") {
   double last = 1e9;
-  for (double scale = 0.4; scale > 0.04; scale *= 0.5) {  // scales both strain and limits
+  for (double scale = 0.4; scale > 0.04; scale *= 0.5) {  // scales strain and upper limits
     double worst = 0.0;
     for (const Corners2& shape : shapes()) {
       const Vec3 mass(1.0, 2.0, 0.7);

@@ -1,4 +1,4 @@
-// Tests of limiting the strain of sheets, for every kind of sweep.
+// Tests of limiting the strain of sheets.
 #include <catch2/catch.hpp>
 
 #include <cmath>

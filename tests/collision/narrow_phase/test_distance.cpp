@@ -111,7 +111,7 @@ TEST_CASE("edges that move less than the bound do not come closest inside both e
   CHECK(bounded > 1000);
   CHECK(crossed > 1000);  // longer motions do cross
   // Seen from above, the first edge begins at a distance g from the second one, so that they cross
-  // after a motion of g.
+  // after a relative motion of g.
   const double g = 0.05;
   const FourPoints apart = {Vec3(g, 0, 0.1), Vec3(1, 0, 0.1), Vec3(0, -1, 0), Vec3(0, 1, 0)};
   CHECK(motion_to_cross(apart, thickness) <= g);

@@ -1,5 +1,5 @@
-// Tests of exact continuous collision detection: cases solved by hand, properties of every
-// exact result, and published queries.
+// Tests of exact continuous collision detection: cases solved by hand, properties of exact results,
+// and published queries.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -31,7 +31,7 @@ MovingPoints falling(double x, double y, double from, double to) {
           Vec3(x, y, to),   Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
 }
 
-// Random motions with small integer coordinates; many of them are degenerate in some way.
+// Returns a random motion with small integer coordinates, which is often degenerate.
 MovingPoints on_lattice(std::mt19937& random, int largest) {
   std::uniform_int_distribution<int> number(-largest, largest);
   MovingPoints q;

@@ -85,7 +85,7 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
   }
   CHECK(energy.value() == whole.energy().value());
   CHECK(counted == all.size());
-  CHECK(made > all.size());  // some terms act on the rows of two parts
+  CHECK(made > all.size());  // some terms act on the rows of several parts
   for (int s = 0; s < FrictionError::n_sums; ++s)
     CHECK(sum.sums[s].value() == error.sums[s].value());
   CHECK(error.relative() > 0.0);

@@ -12,10 +12,10 @@ namespace {
 struct Slide {
   double distance, speed;
 };
-// Moves a small sheet as a rigid block on a floor under tilted gravity. All vertices have the same
-// velocity, computed by semi-implicit Euler. At the start, vertex contacts carry the weight of the
-// block. Each has the force 2 k depth^2 / xi, where k is the contact stiffness and xi the
-// thickness.
+// Moves a small sheet as a rigid block on a floor under tilted gravity. Returns the distance along
+// x [m] and the final speed [m/s]. The vertices of the sheet have a common velocity, computed by
+// semi-implicit Euler. At the start, vertex contacts carry the weight of the block. Each has the
+// force 2 k depth^2 / xi, where k is the contact stiffness and xi the thickness.
 Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3,
             bool again = true) {
   const double thickness = 1e-3;
@@ -43,7 +43,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
         stage.terms({x, v, last_change, Points(0, 3), h, n, scene.inverse_mass, Points(0, 3)},
                     contacts, state, terms);
     const Vec3 before = velocity;
-    // The solve is repeated, as in the linearised integrators.
+    // If `again`, the solve is repeated, as in the linearised integrators.
     for (int solve = 0; solve < 3; ++solve) {
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;

@@ -1,4 +1,5 @@
-// Tests of tangles: every piercing is found, and its way out reverses the way in.
+// Tests of tangles: every piercing is found, its way out reverses the way in, and surfaces that
+// cross from edge to edge retract.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

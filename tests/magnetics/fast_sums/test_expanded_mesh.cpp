@@ -81,7 +81,7 @@ TEST_CASE("expanded fields and gradients are those of all faces within the toler
 }
 
 TEST_CASE("expanded fields and gradients are those of all cells within the tolerance") {
-  for (const double density : {1e6, 1e7}) {  // about 110 and 1,340 leaves
+  for (const double density : {1e6, 1e7}) {
     const auto exact = std::make_shared<CellMagnet>(*ring(), density, 3.0);
     INFO("leaves " << exact->dipoles()->positions().rows());
     check_expansion(exact, [&](double tolerance) {

@@ -13,8 +13,7 @@ using namespace loomstone;
 namespace {
 
 // Tolerances relative to the size of fluxes and forces. Clusters that are far apart interact by
-// interpolation at 6 x 6 nodes. Its errors are largest, about 1e-6, for the closest of these pairs
-// of clusters. In forces, these errors partly cancel.
+// interpolation at 6 x 6 nodes. In forces, the errors of interpolation partly cancel.
 constexpr double flux_tolerance = 3e-6, force_tolerance = 1e-6;
 
 // Panels of a flat cuboid in a coarse and a fine grid.
