@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from typing import Any
 
 from .._core import Camera, InvalidInput
 from ..runs.cache import Run
@@ -40,7 +41,7 @@ class Player:
             self._text = gui.add_markdown("")
         self._changed = threading.Event()
         self._stopped = threading.Event()
-        self._slider.on_update(lambda _: self._changed.set())
+        self._slider.on_update(self._note_change)
         self._thread = threading.Thread(target=self._loop, name="loomstone player", daemon=True)
         self._thread.start()
 
@@ -54,6 +55,10 @@ class Player:
     def wait(self) -> None:
         """Waits until stop() is called."""
         self._stopped.wait()
+
+    def _note_change(self, event: Any) -> None:
+        if event.client is not None:  # a viewer moved the slider, not _loop()
+            self._changed.set()
 
     def _loop(self) -> None:
         shown, looked, place = -1, time.monotonic(), 0.0

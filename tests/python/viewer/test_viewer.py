@@ -128,6 +128,17 @@ def test_a_run_is_served_and_played(run):
         player.stop()
 
 
+def test_a_run_is_played_with_at_most_30_pictures_per_second(run):
+    player = viewer.play(run, port=0)
+    shown = []
+    player.page.show = lambda frame: shown.append(time.monotonic())  # takes no time
+    try:
+        _until(lambda: len(shown) >= 13)
+    finally:
+        player.stop()
+    assert shown[12] - shown[1] > 10 / 30.0
+
+
 def test_a_live_simulation_starts_again(run):
     shown = viewer.live(scene(), threads=1, port=0)
     try:
