@@ -21,7 +21,7 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   CHECK(choice.threads() == 1);
   choice.judge(0.02, 0.02);
   CHECK(choice.threads() == 4);
-  // Each failed trial of all threads doubles the time until the next trial.
+  // Each failed trial of all threads doubles the minimum time until the next trial.
   const auto steps_on_one = [&] {
     choice.judge(0.02, 0.01);
     int steps = 0;
@@ -32,7 +32,7 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   CHECK(second >= 10);
   CHECK(third == Approx(2 * second).margin(2));
   for (int trial = 0; trial < 10; ++trial) steps_on_one();
-  CHECK(steps_on_one() == Approx(500).margin(2));  // the time between trials is at most 10 s
+  CHECK(steps_on_one() == Approx(500).margin(2));  // this time is at most 10 s
   // A successful trial resets this time.
   choice.judge(0.02, 0.02);
   CHECK(steps_on_one() <= 6);

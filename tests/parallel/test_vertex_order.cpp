@@ -72,7 +72,7 @@ TEST_CASE("contiguous ranges of a grid have short boundaries") {
       const Index begin = std::min(n, n_blocks * i / ranges * rows_per_block);
       const Index end = std::min(n, n_blocks * (i + 1) / ranges * rows_per_block);
       // The boundary of a square patch of n vertices has about 4 sqrt(n) vertices. The bound is
-      // twice as large, because the ends of a range cut squares and make the boundary irregular.
+      // twice as large, because ranges need not be square.
       CHECK(boundary(graph, place, begin, end) < 8.0 * std::sqrt(1.0 * (end - begin)));
     }
   }

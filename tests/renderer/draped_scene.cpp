@@ -88,8 +88,8 @@ void add_floor(DrapedScene& scene) {
            {{-1, -1, h}, {1, -1, h}, {1, 1, h}, {-1, 1, h}}, {{0, 1, 2}, {0, 2, 3}});
 }
 
-// Fills strain and stretch with smooth synthetic fields, and marks vertices near the ball as in
-// contact.
+// Fills strain and stretch with smooth synthetic fields, marks vertices near the ball as in
+// contact, and sets velocities to zero.
 void add_fields(DrapedScene& scene) {
   const FrameTopology& topology = scene.topology;
   Frame& frame = scene.frame;

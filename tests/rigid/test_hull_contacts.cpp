@@ -203,7 +203,7 @@ RigidObstacle room(double size) {
 TEST_CASE(
     "bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many "
     "corners") {
-  // In the corner of the room, each of the three planes supports different corners of the body.
+  // The body lies in the corner of the room, close to three planes.
   for (const std::string shape : {"box", "convex"}) {
     const Rest in_corner = come_to_rest(
         body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);

@@ -1,4 +1,4 @@
-// Tests of whole simulations: determinism, resuming, and coupling with rigid bodies.
+// Tests of whole simulations, such as determinism, resuming, and coupling with rigid bodies.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

@@ -89,7 +89,7 @@ class ThreadRank final : public Communicator {
       if (hub_.kinds[other] != 0) kind = hub_.kinds[other], text = hub_.texts[other];
     barrier();
   }
-  // Counts gathers as operations.
+  // Counts only gathers.
   Traffic traffic() const override { return {.operations = n_gathers_}; }
   [[noreturn]] void abort(int) const override { std::abort(); }
 

@@ -1,5 +1,5 @@
 """Rules for the structure of the sources: includes between modules, the files that may include an
-external library, and the size of files and folders.
+external library, different names of types, and the size of files and folders.
 """
 
 import re
@@ -43,9 +43,9 @@ USES = {
     "renderer": {"core/mesh", "core/cache"},
 }
 
-# Folders (rooms) of a module, lowest first. A file includes only files of its own folder and of
-# lower folders. Files at the top of the module may include any. Folders in one set do not include
-# each other.
+# Folders (rooms) of a module, lowest first. A file includes files of its module only from its own
+# folder and from lower folders. Files at the top of the module may include any. Folders in one set
+# do not include each other.
 ROOMS = {
     "core/cloth": [{"material"}, {"membrane", "bending"}, {"limits"}],
     "core/collision": [

@@ -1,4 +1,4 @@
-"""Numbers that public functions take have units; a misspelt keyword causes a suggestion."""
+"""Numbers that public functions take have units, and wrong arguments are refused with advice."""
 
 import dataclasses
 import importlib

@@ -1,4 +1,6 @@
-"""The recipe for Spack has the dependencies of the package, and faulty wheels are refused."""
+"""The recipe for Spack has the dependencies of the package, faulty wheels are refused, and a build
+of several wheels forgets the last interpreter.
+"""
 
 import re
 import runpy
@@ -46,7 +48,7 @@ SPEC = r"[a-z][a-z0-9-]*(@(\d+(\.\d+)*)?(:(\d+(\.\d+)*)?)?|[+~][a-z]+)*"
 
 @pytest.fixture(scope="module")
 def recipe(tmp_path_factory):
-    """Returns the specs in the recipe by directive, all specs with options, and the class."""
+    """Returns the first arguments by directive, all of them with options, and the class."""
     said = {"version": [], "depends_on": [], "options": []}
     package = types.ModuleType("spack.package")
 

@@ -20,7 +20,7 @@ VERSION = first(r"^project\(loomstone VERSION ([0-9.]+)", "CMakeLists.txt")
 
 
 def wrongly_named(names):
-    """Returns names that are not NAME.TYPE.md with a known type. towncrier omits such files."""
+    """Returns the names that are not NAME.TYPE.md with a known type and no dot in NAME."""
     wanted = re.compile(rf"[^.]+\.({'|'.join(TYPES)})\.md")
     return sorted(name for name in names if not wanted.fullmatch(name))
 

@@ -9,14 +9,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 BENCHMARKS = ROOT / "tests" / "benchmarks"
-# Modules that programs and tests import. They are not run on their own.
+# Modules that programs or tests import. They are not run on their own.
 MODULES = (
     "smoke.py",
     "extreme_scenes.py",
     "fault_trials.py",
     "fault_scenes.py",
 )
-# Folders of modules for the scripts of other programs, and of programs that Blender runs.
+# Folders of modules that the scripts of other programs import, and of programs for Blender.
 HELPERS = (BENCHMARKS / "peer_helpers", BENCHMARKS / "inside_blender")
 PROGRAMS = sorted(
     p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES and p.parent not in HELPERS
@@ -31,7 +31,7 @@ def smoke(command: list[str], directory: Path) -> None:
     done = subprocess.run(
         [*command, "--smoke"], cwd=directory, env=environment, capture_output=True, text=True
     )
-    if done.returncode == 77:  # data or a package is missing
+    if done.returncode == 77:  # something that it needs is missing
         pytest.skip(done.stderr.strip().splitlines()[-1])
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.strip() or list(directory.iterdir()), "it has printed or written something"

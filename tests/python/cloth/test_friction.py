@@ -11,7 +11,7 @@ def incline(slope, step, cells=4):
     """A sheet on a plane. Gravity is tilted so that the plane slopes down along x."""
     angle = np.arctan(slope)
     mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved((0.0031, 0.0017, 0.9995 * GAP))
-    # The plane has a single cell, so that the sheet lies on the common edge of its two triangles.
+    # The plane consists of two triangles, and the sheet lies across their common edge.
     plane = ls.obstacles.mesh(ls.meshes.floor(size=4.0, cells=1), friction=MU, thickness=GAP)
     gravity = (9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
     scene = ls.Scene(
@@ -66,9 +66,8 @@ def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
 
 
 def capstan(ratio, step=2e-3):
-    """Wraps a strip half way round a cylinder. Returns how far it slides from 0.3 to 0.6 s [m].
-
-    One end is pulled by 0.2 N, the other by `ratio` times as much.
+    """Wraps a strip half way round a cylinder. One end is pulled by 0.2 N, the second by `ratio`
+    times as much. Returns how far the strip slides towards the second end from 0.3 to 0.6 s [m].
     """
     radius, width, leg = 0.05, 0.02, 0.06
     r = radius + GAP

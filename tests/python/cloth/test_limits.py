@@ -188,10 +188,10 @@ def test_pins_that_shear_cloth_beyond_its_limits_stretch_it_only_as_far_as_they_
     while sim.time < 0.1:
         sim.step()
         stretch = max(stretch, float(sim.frame().stretch.max()))
-    # Simple shear of the whole cloth by 0.04 / 0.3 stretches it by 1.069. The sweeps must not
-    # concentrate strain in single triangles.
+    # Simple shear of the whole cloth by 0.04 / 0.3 stretches it by a factor of 1.069. The sweeps
+    # must not concentrate strain in single triangles.
     assert stretch < 1.15
-    # The pins move at 0.4 m/s: cloth of 13.5 g that moves as fast has 1 mJ.
+    # The pins of one side move at 0.4 m/s. At this speed, cloth of 13.5 g has 1 mJ.
     assert sim.report.account.largest_kinetic < 0.02
     assert sim.step_index < 60
 
@@ -290,8 +290,8 @@ def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
 def test_irregular_meshes_strain_as_regular_ones(limit):
     """Compares strain on regular and irregular meshes of a cloth that hangs in its own plane.
 
-    Freely falling cloth is chaotic. Cloth that is pinned at two corners and damped by air shows the
-    influence of the mesh alone.
+    Pins at two corners and drag of the air avoid chaotic motion, which would hide the influence of
+    the mesh.
     """
 
     def hung(mesh: ls.TriangleMesh) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Cloth does not intersect if its initial positions are perturbed by up to a micrometre.
+"""Cloth does not intersect if its initial coordinates are perturbed by up to a micrometre.
 
 tests/benchmarks/certify.py tests the same with finer meshes.
 """

@@ -13,7 +13,7 @@ st = hypothesis.strategies
 
 @st.composite
 def scenes(draw):
-    """Generates a scene on a lattice, so that boxes often touch and features often coincide.
+    """Generates a scene that starts on a lattice, so that boxes often touch and features coincide.
 
     Triangles may be degenerate or identical.
     """

@@ -1,4 +1,4 @@
-"""Every Python and shell block of the Markdown pages runs as pasted, or the page says why not."""
+"""Python and shell blocks of the Markdown pages run as pasted, or the page says why not."""
 
 import shutil
 

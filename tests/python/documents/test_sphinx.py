@@ -1,4 +1,4 @@
-"""The documentation builds without a warning, and its tables are complete."""
+"""The documentation builds without a warning, and its tables and its gallery are complete."""
 
 import json
 import re

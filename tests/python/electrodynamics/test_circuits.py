@@ -1,5 +1,5 @@
-"""Several circuits with mutual inductance, and coils that magnetise bodies: closed forms and
-balances of momentum and energy.
+"""Circuits with mutual inductance, loops and dipoles that scripts move, and coils that magnetise
+bodies: closed forms and balances of momentum and energy.
 """
 
 import loomstone as ls
@@ -18,7 +18,7 @@ def simulation(scene: ls.Scene, step: float) -> ls.Simulation:
 
 
 def balance(sim: ls.Simulation) -> float:
-    """Total energy [J] including losses in resistances, minus the energy supplied by sources."""
+    """Total energy [J] including losses in resistances, minus the energy supplied."""
     r = sim.report
     return (
         r.energy.body_kinetic
@@ -48,7 +48,7 @@ def test_mutual_inductances_are_those_of_their_circles():
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
     assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
     assert M.mutual_inductance(one, two.rotated((np.pi, 0, 0))) == pytest.approx(-wanted, rel=1e-5)
-    # Force and inductance come from different integrals, which must agree.
+    # At unit currents, the force must equal the derivative of the mutual inductance.
     beside, step = two.moved((0.07, 0.02, 0)).rotated((0.5, 0.2, 0)), 1e-5
     ends = [
         M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)
@@ -274,8 +274,8 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
     for _ in range(160):
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
-    # The current decays with a time constant tau of 3.3 ms. When the magnet stops, linear
-    # interpolation over a step h of 0.5 ms causes a relative error of (h / tau)^2 / 12.
+    # When the magnet stops, the current decays with a time constant tau of 3.3 ms. For this decay,
+    # the trapezoidal rule with steps h of 0.5 ms has a relative error of (h / tau)^2 / 12.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
     assert sim.circuit_supply == pytest.approx(
         sim.circuit_heat + sim.report.circuits.energy, rel=1e-12

@@ -109,7 +109,7 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         mass = ls.meshes.mass_properties(scene.bodies[0]).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
-        # Force and flux come from different integrals.
+        # Force and inductance come from different integrals.
         assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(
             force, rel=2e-3
         )
@@ -117,8 +117,8 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
 
 
 def falling(magnets=(), **given) -> ls.Scene:
-    """A soft ball flies through a loop with a circuit. Next to them is a body that carries magnets
-    and an optional second coil. All bodies are free.
+    """A soft ball flies through a loop with a circuit. Next to them is a body for `magnets` and for
+    an optional second coil. All bodies are free.
     """
     places = {  # positions of bodies [m]; "coil" carries the loop 6 cm beside it
         "ball": (0, 0, 0),
@@ -273,7 +273,7 @@ def test_a_bow_around_a_loop_is_outside_its_winding():
     loop = M.loop(radius=0.009, turns=100)
     short = M.solenoid(radius=0.009, length=5e-4, turns=100)
     for z in (-0.0021, 0.0, 0.0006, 0.0017):
-        # The two windings differ by a fraction below (length / radius)^2 = 3e-3.
+        # The two results differ by a fraction of the order of (length / radius)^2 = 3e-3.
         assert added(z, loop) == pytest.approx(added(z, short), rel=2e-3)
 
 

@@ -92,7 +92,7 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
     from pxr import UsdGeom, UsdShade
 
     (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
-    # The estimated size suffices. Text files are up to four times as long as binary ones.
+    # The estimate bounds the size of binary files. Text files are up to four times as long.
     bound = clip_of(run, range(1, 6), 2, lambda _: None).largest_size
     assert path.stat().st_size <= bound * (4 if suffix == ".usda" else 1)
     stage = pxr.Stage.Open(str(path))
@@ -236,7 +236,7 @@ def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
         read = ls.obstacles.sequence(tmp_path / "caches" / f"{file}.{to}", mesh=base, **rate)
         wanted = np.concatenate([expected(run, name, frame) for frame in run[2:6]])
         assert np.array_equal(read.vertex_positions, wanted.astype(np.float32))
-        start = 0.0 if to == "pc2" else 0.04  # .pc2 stores no times; .mdd stores floats
+        start = 0.0 if to == "pc2" else 0.04  # .pc2 stores no times; .mdd stores them as floats
         assert read.times == pytest.approx(start + 0.02 * np.arange(4), abs=1e-8)
 
 
@@ -373,7 +373,7 @@ def test_a_missing_or_truncated_run_is_one_sentence(run, tmp_path):
 
 @pytest.fixture(scope="module")
 def textured(tmp_path_factory):
-    """A run of one frame: a green ball, and a sheet with a texture that is half transparent."""
+    """A run of one frame: a green ball, and a sheet whose texture has a transparent pixel."""
     out = tmp_path_factory.mktemp("textured") / "out"
     image = np.array([[[255, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)
     look = ls.Look(texture=image, color=(0, 0, 1), roughness=0.25, texture_width=0.05)

@@ -1,4 +1,4 @@
-"""Meshes of trimesh and meshio are accepted wherever a mesh is taken."""
+"""Meshes of trimesh and meshio are accepted in place of a TriangleMesh."""
 
 import loomstone as ls
 import meshio

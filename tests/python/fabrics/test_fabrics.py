@@ -154,7 +154,7 @@ def test_published_bands_are_those_of_the_collection(published):
 
 def test_levels_of_bending_are_percentiles_of_the_collection(published):
     percentiles = published["bending_population_statistics"]["B_warp"][1:-1]
-    # The published values are rounded to two digits.
+    # The levels are rounded to two digits.
     assert [level.bending for level in LEVELS.values()] == pytest.approx(percentiles, rel=0.02)
 
 
@@ -323,7 +323,7 @@ def test_the_estimate_of_the_bias_strip_fits_the_named_fabrics():
         )
         estimated = ls.ClothMaterial(**ls.fabrics.bending_from_strips(weft=weft, warp=warp))
         ratios.append(ls.fabrics.strip_rigidity(estimated, angle_degrees=45) / bias)
-    # The documentation names this range.
+    # docs/fabrics.md names this range.
     assert (round(min(ratios), 2), round(max(ratios), 2)) == (0.72, 1.29)
 
 

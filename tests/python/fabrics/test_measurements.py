@@ -164,7 +164,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
     errors = []
     for triangles in (800, 1500):
         mesh = specimen(triangles)
-        # Conjugate gradients would stop too early on this stiff system.
+        # The system is stiff. The direct solver has no tolerance at which it stops.
         options = ls.SemiImplicitEuler(step=4e-3, linear_solver="direct")
         sim = ls.Simulation(
             drape_scene(isotropic(bending, density=density), mesh), integrator=options
@@ -177,8 +177,8 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
 
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
-    # The knit is limp and strains by 2 % if its limits allow it. The test compares means of eight
-    # specimens, because single specimens differ in their drape coefficients and numbers of folds.
+    # The knit is limp and strains by more than 2 % if its limits allow it. The test compares means
+    # of eight specimens, because single ones differ in drape coefficient and number of folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (

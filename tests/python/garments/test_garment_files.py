@@ -96,8 +96,8 @@ def test_curvatures_are_relative_to_the_edge(tmp_path):
     assert a.edge("edge_0").curve()[:, 1].min() == pytest.approx(
         -0.01 * (r - np.sqrt(r**2 - 20.0**2)), rel=1e-4
     )
-    # The panel lies to the left of its edges. A quadratic curve reaches 1/2 of the way to its
-    # control point, a cubic curve 3/4.
+    # The panel lies to the left of its edges. A quadratic curve reaches 1/2 of its control point's
+    # distance from the edge, and a cubic curve 3/4 of the common distance of its control points.
     assert a.edge("edge_1").curve()[:, 0].max() == pytest.approx(0.2 + 0.5 * 0.2 * 0.5, rel=1e-5)
     assert a.edge("edge_2").curve()[:, 1].min() == pytest.approx(0.5 - 0.75 * 0.1 * 0.4, rel=1e-5)
     assert a.edge("edge_3").curve()[:, 0].max() == pytest.approx(-0.2 + 0.5 * 0.2 * 0.5, rel=1e-5)

@@ -158,7 +158,7 @@ def test_mirrored_panels_keep_their_holes():
 def test_a_hole_that_crosses_the_last_of_many_chords_is_refused():
     angle = np.linspace(np.pi, 0.0, 129)
     arc = np.c_[0.15 + 0.08 * np.cos(angle), 0.1 + 0.08 * np.sin(angle)]
-    # The 129th chord is the diameter, on which the circle lies.
+    # The 129th chord is the diameter, on which the circle is centred.
     half = g.polyline("half", np.r_[arc, arc[:1]])
     with pytest.raises(ls.InvalidInput, match="edges 'half' and 'dot' cross or touch"):
         square(holes=[[half], g.circle("dot", (0.15, 0.1), 0.01)])
@@ -223,8 +223,8 @@ def test_the_tshirt_has_four_openings(tshirt):
 
 
 def test_both_start_free_of_intersections_and_nearly_free_of_strain(dress, tshirt):
-    # Cones and straight straps are developable, so the dress is strained only because chords
-    # replace its curved edges. The sleeve caps of the T-shirt are eased in, which strains it more.
+    # Cones and straight straps are developable, so the dress is hardly strained. The sleeve caps of
+    # the T-shirt are eased in, which strains it more.
     for garment, most in ((dress, 1.04), (tshirt, 1.06)):
         assert ls.collision.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []
         assert 1 / most < garment.stretches().min() and garment.stretches().max() < most

@@ -1,5 +1,5 @@
-"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures.
-Forces over distances and torques over angles.
+"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures. Plots
+of forces over distances and of torques over angles.
 """
 
 import loomstone as ls
@@ -63,7 +63,7 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_leaves_the_e
         chords = np.diff(x, axis=0)
         unit = chords / np.linalg.norm(chords, axis=1)[:, None]
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
-        # Chords that end on a surface, where the line has a kink, are shorter and are left out.
+        # Short chords, as at a surface, where the line has a kink, are left out.
         long = np.linalg.norm(chords, axis=1) > 1e-4
         # The tangent turns by at most about 0.1 rad between neighbouring points.
         assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
@@ -86,8 +86,8 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
     (induced,) = m.induce(soft, by=magnet).bodies
     found = m.field_lines([magnet, induced], 60)
     assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left}
-    # The surface charge does not give B inside the body. Lines that continued there would never
-    # leave and would have too many points.
+    # The surface charge does not give B inside the body. Lines that continued there would have too
+    # many points.
     assert sum(map(len, found.lines)) < 100 * 60
 
     def at(bodies, points):

@@ -190,7 +190,7 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
-        # Opposite forces prove little, because one could be the negated other. Therefore,
+        # Opposite forces prove little, because one may be the other, negated. Therefore,
         # if the bodies do not overlap, force and torque on a are compared with a direct sum over
         # both fronts.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
@@ -279,5 +279,5 @@ def test_the_estimated_error_of_cells_is_of_the_size_of_the_true_one():
             np.linalg.norm(found.torque - exact.torque) / upper.radius,
         )
         ratios.append(found.error / true)
-    # In nine of ten cases, the estimate is between half and ten times the true error.
+    # In at least nine of ten cases, the estimate is between half and ten times the true error.
     assert np.mean((np.array(ratios) > 0.5) & (np.array(ratios) < 10.0)) >= 0.9

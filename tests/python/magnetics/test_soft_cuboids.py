@@ -80,7 +80,7 @@ def test_forces_on_cuboids_beside_magnets_have_the_documented_error(sample, cell
 
 
 def test_the_estimated_error_of_soft_cuboids_is_of_the_size_of_the_true_one(sample):
-    # In nine of ten cases, the estimate is between half and ten times the true error.
+    # In at least nine of ten cases, the estimate is between half and ten times the true error.
     ratios = np.array(sample[1][16])
     assert np.mean((ratios > 0.5) & (ratios < 10.0)) >= 0.9
 
@@ -155,7 +155,7 @@ def test_forces_on_two_equal_cuboids_above_each_other_are_symmetric():
 
 def test_bodies_close_to_each_other_are_solved_in_few_iterations():
     # Each grid of the Richardson extrapolation interacts only with the same grid of the other body.
-    # If each received the field of the extrapolated charge, more iterations would be needed.
+    # This keeps the number of iterations small.
     assert flat_pair((0.003, 0.002, 0.0044)).iterations <= 15
 
 

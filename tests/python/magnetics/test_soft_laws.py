@@ -105,7 +105,7 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    # The image assumes an infinite plate. The scene's plate is five times as wide as the magnet.
+    # The image assumes an infinite plate. The plate is at least five times as wide as the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
     # Without `focus`, the pole's edges run across a few large panels, so the tolerance is larger.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
@@ -167,7 +167,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    # Forces have relative errors of 1e-10, and difference quotients are of second order in `step`.
+    # The tolerance of these forces is 1e-10; difference quotients are of second order in `step`.
     assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size
     assert (
         stiffness_sum(by_superconductor, place)

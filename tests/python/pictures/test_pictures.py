@@ -21,7 +21,7 @@ PLAIN = FIT.replace(camera=ls.Camera(fit=False, eye=(0.4, -0.5, 0.3), target=(0.
 
 @pytest.fixture(scope="module")
 def scene():
-    """A cloth that swings down from one side. Cameras fitted to different frames differ."""
+    """A cloth pinned along one edge swings down. Cameras fitted to different frames differ."""
     return ls.Scene(
         cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(4, 4)), pins=[0, 1, 2, 3, 4])]
     )

@@ -27,7 +27,7 @@ def scene():
 
 def loomstone(*arguments, largest_file=None):
     def limit():
-        # Makes writing beyond the limit fail as on a full disk instead of ending the process.
+        # Makes writing beyond the limit fail instead of ending the process.
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         if largest_file:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))

@@ -1,4 +1,4 @@
-"""Reports about contact and energy, for a step and for a run."""
+"""Reports about contact, withheld motion and energy, for a step and for a run."""
 
 import csv
 import json

@@ -113,7 +113,7 @@ def test_a_run_is_not_overwritten_unless_asked(run, hanging, euler):
 def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
     whole = ls.Run(run)[-1].positions.copy()
     digest = json.loads((run / "report.json").read_text())["digest"]
-    # Removes the newest checkpoints, as if the run had been killed before they were written.
+    # Removes the `cut` newest checkpoints, as if the run had been killed before writing them.
     for path in checkpoints.checkpoint_files(run)[2 - cut :]:
         path.unlink()
     report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.12, resume=True)

@@ -1,5 +1,5 @@
-"""Every scene file at small size and duration: cloth never intersects in a frame, and its stretch
-stays bounded.
+"""Small, short versions of all scene files: cloth intersects in no frame, its stretch is bounded,
+and the energy of magnets and circuits is accounted for.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Every feature of a scene acts in every schedule of asynchronous steps."""
+"""Features of a scene have the same effect in asynchronous steps as with the midpoint rule."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Cloth at rest: it costs few linear iterations, and stays at rest."""
+"""Linear iterations of cloth at rest and in slow motion. Cloth at rest stays at rest."""
 
 import loomstone as ls
 import numpy as np

@@ -1,4 +1,4 @@
-"""Units convert exactly, dimensions are checked, and scenes and materials accept quantities."""
+"""Units convert as defined, dimensions are checked, and scenes and materials accept quantities."""
 
 import math
 import re

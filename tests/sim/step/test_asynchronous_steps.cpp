@@ -31,8 +31,7 @@ Scene falling_sheet() {
   return scene;
 }
 
-// A sheet of 1 m x 1 m that swings from two corners. Without limiting, its strain along weft
-// exceeds 0.17.
+// A sheet of 1 m x 1 m that swings from two corners.
 Scene limited_sheet() {
   Scene scene;
   scene.collisions = false;
