@@ -79,8 +79,7 @@ def skeleton() -> dict[str, Bone]:
 
 
 def distances(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Returns approximate distances (n x bones) [m] of points (n x 3) from bones, negative inside.
-    """
+    """Returns approximate distances (n x bones) [m] of points (n x 3) from bones, < 0 inside."""
     columns = []
     for bone in bones.values():
         joint, along = np.array(bone.joint), np.subtract(bone.end, bone.joint)

@@ -50,7 +50,8 @@ Decomposition = Annotated[
 RecordTasks = Annotated[
     int,
     typer.Option(
-        help="record the motion of surfaces in every n-th step for loomstone replay; 0: of none", min=0
+        help="record the motion of surfaces in every n-th step for loomstone replay; 0: of none",
+        min=0,
     ),
 ]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
