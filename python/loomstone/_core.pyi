@@ -153,7 +153,7 @@ class InvalidInput(Error, ValueError):
 
 class SolverFailure(Error, RuntimeError):
     """
-    A solve or a step failed (a RuntimeError). The message names the stage, the step and the time.
+    A solve or a step failed (a RuntimeError). The message of a step names the stage, the step and the time.
     """
 
 class CacheError(Error, OSError):
@@ -929,7 +929,7 @@ class FrameTopology:
     @property
     def body_pole(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (nb) 1 at north poles of magnets, -1 at south poles, 0 elsewhere; may be empty
+        (nb) position between the poles of the nearest magnet: about 1 at the north pole, about -1 at the south pole, 0 away from magnets; may be empty
         """
     @property
     def body_triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
@@ -2168,7 +2168,7 @@ class Magnet:
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
     source : magnet (cuboid, cylinder, sphere, mesh, dipoles or cells of loomstone.magnetics) or body that magnetises (soft_cuboid, soft_cylinder, soft_sphere, soft_mesh), at its pose in the frame of the body's mesh
-    response : response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres to permanent magnets only); default 'mutual'
+    response : response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres, but not to each other or to other bodies that magnetise); default 'mutual'
     density : number density of the cells of an explicit response [1/m^3]; >= 0; default 0.0
     """
 
@@ -2212,7 +2212,7 @@ class Magnet:
     @property
     def response(self) -> str:
         """
-        response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres to permanent magnets only); default 'mutual'
+        response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres, but not to each other or to other bodies that magnetise); default 'mutual'
         """
     @property
     def source(self) -> None | MagneticBody | SoftBody:
@@ -3420,7 +3420,7 @@ class LimitReport:
     @property
     def evaluations(self) -> int:
         """
-        number of element strains that the sweeps evaluated
+        number of strains of elements and edges that were evaluated
         """
     @property
     def excess(self) -> typing.Annotated[list[float], "FixedSize(3)"]:

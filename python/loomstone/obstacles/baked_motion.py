@@ -35,8 +35,7 @@ def baked(
 
     Skins, blend shapes and moving nodes are baked to vertices that move linearly between samples.
 
-    path : file that ends in .usd, .usda, .usdc, .usdz, .gltf or .glb. Units and up axis of the file
-        are converted to metres and z.
+    path : .usd, .usda, .usdc, .usdz, .gltf or .glb; its units and up axis become metres and z
     parts : names of the meshes that form the obstacle; default: all visible ones
     animation : name of an animation of a glTF file, or names of several that run at the same time;
         needed if the file has more than one

@@ -51,9 +51,8 @@ def sequence(
     look : Look, the colour and texture of the obstacle in pictures
 
     All frames are kept in memory, with 24 bytes per vertex and frame. Raises CacheError if a file
-    cannot be read or no file matches the pattern, and InvalidInput if there are fewer than two
-    frames, if the frames differ in their triangles or their number of vertices, or if no times and
-    no rate are given.
+    cannot be read or no file matches the pattern. Raises InvalidInput for fewer than two frames,
+    for frames that differ in their triangles or vertex count, and without times and rate.
 
     >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP

@@ -51,20 +51,17 @@ def render_run(
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of the frames to draw, even if they have pictures; None: all frames without a
-        picture. With indices, `out` defaults to the run's directory and may not hold the pictures
-        of a whole run.
+    frames : indices of the frames to draw, even if they have pictures; None: all without a picture.
+        With indices, `out` defaults to the run's directory and may not hold a whole run's pictures.
     jobs : number of processes, 0: one per processor
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
     progress : function called with the number of pictures finished since its last call
-    stop : function called before every picture if jobs=1; drawing ends if it returns True, and the
-        paths of missing pictures are returned, too
-    simulation : simulation of the run, for field lines; by default, and with several processes,
-        made from the stored magnets
+    stop : function called before every picture if jobs=1; drawing ends if it returns True
+    simulation : the run's simulation, for field lines; None: made from the stored magnets
 
-    A fitted camera shows the surfaces of all frames drawn, or is that of the existing pictures
-    of the whole run. Automatic colours span the values of all frames.
+    A fitted camera shows the surfaces of all frames drawn, or is that of the whole run's existing
+    pictures. Automatic colours span the values of all frames.
     """
     check_frames(run, frames)
     shown = framed(run, options, frames)
