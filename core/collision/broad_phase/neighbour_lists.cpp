@@ -191,7 +191,8 @@ void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
   std::vector<NeighbourList> old;
   old.swap(lists_);
   std::size_t n = 0, next = 0;
-  for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) n += listed(i) ? found[i].size() : 0;
+  for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i)
+    n += listed(i) ? found[i].size() : 0;
   lists_.reserve(n);
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
     if (!listed(i)) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/parallel/wait_policy.h"
@@ -93,6 +94,9 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   note_solved(engines_, state, solved_);
   collide(seconds.certify, report,
           [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
+  if (certified.moved)
+    solved_.x = std::move(certified.solved_x), solved_.v = std::move(certified.solved_v);
+  if (engines_.limits_after_solve) solved_.keep(state.cloth);
   timed(seconds.limit, [&] {
     after.limited =
         certified.limited + limit_strain_rate(part, certified, state, engines_, outcome);
@@ -118,6 +122,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
 
 void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
+  solved_ = {};
   report.busy = summary_of(engines_.busy);
   const StageTimer timer(report.seconds.check);
   ++state.step;
@@ -138,7 +143,7 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
 
 std::size_t Stepper::step_bytes() const {
   return bytes_of(loads_.x0, loads_.v0, loads_.target, loads_.next_obstacles, loads_.force,
-                  near_.v0, near_.last_change, solved_.x, solved_.v) +
+                  near_.v0, solved_.x, solved_.v) +
          engines_.integrator->memory().vectors + bytes_of(engines_.error);
 }
 
