@@ -102,6 +102,17 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
     get(c, "cloth.element_positions", cloth.element_positions);
 }
 
+// Reads the tables of cloth rows that users write into `s`. A table that is zero stays without rows
+// if that of `state`, to which `s` will be copied, has none.
+void get_user_rows(const Checkpoint& c, State& s, State& state) {
+  get(c, "external_force", s.external_force, state.cloth.x);
+  get(c, "pin_target", s.pin_target, state.cloth.x);
+  for (Points State::* const table : {&State::external_force, &State::pin_target}) {
+    if (has_values(s.*table)) state.made(state.*table);
+    if ((state.*table).rows() == 0) (s.*table).resize(0, 3);
+  }
+}
+
 }  // namespace
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome) {
@@ -207,10 +218,8 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
                              static_cast<Index>(ids[3 * i + 1]), static_cast<Index>(ids[3 * i + 2]),
                              slip.row(i).transpose(), force[i]};
   get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
-  get(c, "external_force", s.external_force, state.cloth.x);
   get_unless_zero(c, "body_force", s.body_force);
   get_unless_zero(c, "body_torque", s.body_torque);
-  get(c, "pin_target", s.pin_target, state.cloth.x);
   s.pin_override = flags(c, "pin_override");
   get(c, "pose_position", s.pose_position, state.pose_position);
   get(c, "pose_orientation", s.pose_orientation, state.pose_orientation);
@@ -221,10 +230,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
       contact.size() != static_cast<std::size_t>(model.cloth.n_vertices))
     throw CacheError("the checkpoint's flags do not fit its tables; it is damaged");
   outcome.contact = std::move(contact);
-  for (Points State::* const table : {&State::external_force, &State::pin_target}) {
-    if (has_values(s.*table)) state.made(state.*table);
-    if ((state.*table).rows() == 0) (s.*table).resize(0, 3);
-  }
+  get_user_rows(c, s, state);
   state = s;  // copied, not moved, so that numpy views remain valid
 }
 

@@ -28,6 +28,8 @@ struct Loads {
   // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the
   // part [N s, N m s]
   Points body_impulse;
+
+  std::size_t bytes() const { return bytes_of(x0, v0, target, next_obstacles, force); }
 };
 
 struct Rows {

@@ -208,10 +208,12 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
 
 }  // namespace
 
-void note_solved(const Engines& engines, const State& state, Solved& solved) {
+void note_solved(const Engines& engines, const State& state, const Points& body_velocity,
+                 Solved& solved) {
   EnergyReport bodies;
   measure_bodies(engines.model, state.rigid, bodies);
   solved.x.resize(0, 3), solved.v.resize(0, 3);
+  solved.body_velocity = body_velocity;
   solved.body_energy = bodies.body_kinetic + bodies.body_gravity;
 }
 

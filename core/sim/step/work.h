@@ -39,9 +39,11 @@ struct PartWork {
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
-// Notes the positions and velocities of cloth and the energy of bodies in `state`. The caller must
-// call Solved::keep() before it changes the positions or velocities of cloth.
-void note_solved(const Engines& engines, const State& state, Solved& solved);
+// Notes the energy of bodies in `state`, and the velocities of bodies from the solve. Until
+// Solved::keep() is called, which must precede a change of cloth, its positions and velocities are
+// those of `state`.
+void note_solved(const Engines& engines, const State& state, const Points& body_velocity,
+                 Solved& solved);
 
 // Returns whether some obstacle moves in the part. Returns false if there is no cloth.
 bool surfaces_move(const Loads& loads);
