@@ -67,7 +67,7 @@ void bind_tables(py::class_<State>& c) {
       {"velocities", "m/s"}, [](State& s) -> Points& { return s.cloth.v; },
       "(n x 3) velocities [m/s]; written by the integrator, then by certification");
   table(
-      {"external_forces", "N"}, [](State& s) -> Points& { return s.external_force; },
+      {"external_forces", "N"}, [](State& s) -> Points& { return s.made(s.external_force); },
       "(n x 3) external forces [N]; applied in every step until changed");
   table(
       {"external_body_forces", "N"}, [](State& s) -> Points& { return s.body_force; },
@@ -76,7 +76,7 @@ void bind_tables(py::class_<State>& c) {
       {"external_body_torques", "N m"}, [](State& s) -> Points& { return s.body_torque; },
       "(b x 3) external torques on the rigid bodies [N m]; applied in every step until changed");
   table(
-      {"pin_targets", "m"}, [](State& s) -> Points& { return s.pin_target; },
+      {"pin_targets", "m"}, [](State& s) -> Points& { return s.made(s.pin_target); },
       "(n x 3) positions of flagged pins at the end of the next step [m]");
   flag("pin_flags", &State::pin_override, "(n) 1: pin_targets replaces the script of this pin");
   table(

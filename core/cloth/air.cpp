@@ -35,8 +35,8 @@ Vec3 triangle_drag(const Air& air, const DraggedSurface& surface, Index t) {
 }  // namespace
 
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
-              Index end, Points& force) {
-  if (air.density == 0.0 || (air.normal_drag == 0.0 && air.tangential_drag == 0.0)) return;
+              Index end, RowsOut force) {
+  if (!air.drags()) return;
   const auto n_triangles = static_cast<Index>(surface.triangles.rows());
   const std::vector<Index>& start = surface.triangles_of_vertex.start;
   const std::vector<Index>& items = surface.triangles_of_vertex.items;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/field.h"
+#include "core/base/own_rows.h"
 #include "core/base/types.h"
 #include "core/mesh/adjacency.h"
 #include "core/parallel/team.h"
@@ -14,6 +15,8 @@ struct Air {
   double tangential_drag = 0.0;
   Vec3 wind = Vec3::Zero();
   double gust = 0.0;
+
+  bool drags() const { return density != 0.0 && (normal_drag != 0.0 || tangential_drag != 0.0); }
 
   static auto fields() {
     using A = Air;
@@ -49,6 +52,6 @@ struct DraggedSurface {
 // where A is the current area, n the unit normal, u the velocity of the air relative to the mean
 // velocity of the triangle, and u_t the part of u tangential to the triangle.
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
-              Index end, Points& force);
+              Index end, RowsOut force);
 
 }  // namespace loomstone

@@ -11,6 +11,7 @@
 #include "core/cloth/bending/bending_element.h"
 #include "core/cloth/material/strain_limit.h"
 #include "core/cloth/membrane/membrane.h"
+#include "core/cloth/rest_shapes.h"
 #include "core/mesh/adjacency.h"
 
 namespace loomstone {
@@ -29,17 +30,18 @@ struct ClothModel {
   // (cloths + 1) First vertex and first triangle of each cloth.
   std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
-  std::vector<Corners2> corners;             // (m) rest coordinates [m]
+  RestShapes corners;                        // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;  // (cloths)
   std::vector<StrainLimit> strain_limits;
   // (m) Index into strain_limits; -1: unlimited. It may be empty if there are no strain limits.
   std::vector<Index> strain_limit_of;
   bool limited_by_edges = false;  // true: the limits of all cloths apply to edges, not to triangles
   std::vector<BendingPart> bending;
-  Points rest_positions;  // (n x 3) initial positions, see BendingSetup [m]; empty: no bending
-  Vector mass;            // (n) lumped mass [kg]
+  // (n x 3) Initial positions, see BendingSetup [m]; empty: no bending.
+  RestPositions rest_positions;
+  Vector mass;                           // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
-  Incidence triangles_of_vertex;         // (n)
+  Incidence triangles_of_vertex;         // (n) empty: the air exerts no drag
 
   const MembraneConstants& constants_of(Index triangle) const {
     return constants[cloth_of(triangle)];

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/same_bits.h"
-
 namespace loomstone {
 
 namespace {
@@ -25,9 +23,12 @@ double area_of(const Corners2& corners) {
 
 }  // namespace
 
-DisplacementError::DisplacementError(const ClothModel& cloth, const Membrane& membrane,
+DisplacementError::DisplacementError(const ClothModel& cloth, const Elasticity& elasticity,
                                      double gravity, const RowLayout& layout)
-    : cloth_(cloth), membrane_(membrane), layout_(layout) {
+    : cloth_(cloth),
+      membrane_(elasticity.membrane()),
+      layout_(layout),
+      end_(elasticity.unknown_positions()) {
   const Index n_cloths = static_cast<Index>(cloth.first_vertex.size()) - 1;
   scales_.resize(n_cloths);
   for (Index c = 0; c < n_cloths; ++c) {
@@ -72,7 +73,10 @@ StepError DisplacementError::at(const Team& team, const Points& v, double h) {
 StepError DisplacementError::evaluate(const Team& team, const Points* start, const Points& end,
                                       double time, double h) {
   gather(team, [&](const Block& block) { return sums_of(block, start, end); });
-  end_ = start ? end : Points(0, 3);
+  if (start)
+    end_.set(end);
+  else
+    end_.forget();
   StepError error;
   const double square = time * time;
   for (std::size_t b = 0; b < blocks_.size();) {
@@ -87,7 +91,7 @@ StepError DisplacementError::evaluate(const Team& team, const Points* start, con
 
 double DisplacementError::dissipation(const Team& team, const Points& x1, const Points& v0,
                                       const Points& v1, double h) {
-  const bool known = same_bits(end_, x1);
+  const bool known = end_.at(x1);
   gather(team, [&](const Block& block) {
     Sums sums = vertex_sums(block, nullptr, v1);
     sums.elastic =

@@ -6,6 +6,8 @@
 
 #include "core/base/bytes.h"
 #include "core/cloth/cloth_model.h"
+#include "core/cloth/elasticity.h"
+#include "core/cloth/known_positions.h"
 #include "core/cloth/membrane/membrane.h"
 #include "core/parallel/mesh_part.h"
 #include "core/parallel/row_layout.h"
@@ -28,7 +30,7 @@ struct StepError {
 class DisplacementError {
  public:
   // `gravity` is the magnitude of the gravitational acceleration [m/s^2].
-  DisplacementError(const ClothModel& cloth, const Membrane& membrane, double gravity,
+  DisplacementError(const ClothModel& cloth, const Elasticity& elasticity, double gravity,
                     const RowLayout& layout);
 
   // Returns the error of a step of length h [s] that moves the vertices from `start` (n x 3) [m] to
@@ -90,7 +92,7 @@ class DisplacementError {
   std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
-  Points end_;  // `end` of the last call of over(); no rows: none, or at() was called after it
+  KnownPositions end_;  // `end` of the last call of over(), unless at() was called after it
 };
 
 }  // namespace loomstone

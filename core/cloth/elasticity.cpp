@@ -1,6 +1,7 @@
 #include "core/cloth/elasticity.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "core/base/same_bits.h"
@@ -23,9 +24,9 @@ Vector lumped_mass(Index n_vertices, const Triangles& triangles,
 BendingSetup ClothModel::setup_of(const BendingPart& part) const {
   const Index first = first_triangle[part.cloth], last = first_triangle[part.cloth + 1];
   BendingSetup setup;
-  setup.rest_positions = rest_positions;
+  setup.rest_positions = rest_positions.all();
   setup.triangles = triangles.middleRows(first, last - first);
-  setup.corners.assign(corners.begin() + first, corners.begin() + last);
+  setup.corners = corners.range(first, last);
   setup.rigidity.assign(last - first, part.rigidity);
   setup.damping.assign(last - first, part.damping);
   setup.prescribed = prescribed;
@@ -43,7 +44,7 @@ Membrane make_membrane(const ClothModel& model, const RowLayout* layout,
                        const std::vector<Index>& first) {
   const MeshPart all = {{0, model.n_vertices}, {0, static_cast<Index>(model.triangles.rows())}};
   const MembraneConstantsOf constants(model.constants, model.first_triangle);
-  return Membrane(model.triangles, model.corners, constants, model.n_vertices,
+  return Membrane(model.triangles, model.corners.all(), constants, model.n_vertices,
                   layout ? part_of_rank(*layout, first) : all);
 }
 
@@ -79,7 +80,29 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending, const 
     couplings.insert(couplings.end(), more.begin(), more.end());
   }
   matrix_ = BlockMatrix(model.n_vertices, couplings, begin, end);
-  wide_in_.assign(4 * static_cast<std::size_t>(model.n_vertices) + 4, 0.0);
+  unknown_ =
+      KnownPositions({begin, end}, layout ? other_rows_read({begin, end}) : std::vector<Index>());
+  known_.at = energies_.at = unknown_;
+}
+
+// A batch of membrane elements, and a bending element, may read rows of triangles that do not touch
+// the rows of this rank.
+std::vector<Index> Elasticity::other_rows_read(Range rows) const {
+  std::vector<std::uint8_t> read(model_.n_vertices, 0);
+  const auto read_corners = [&](Index triangle) {
+    for (int k = 0; k < 3; ++k) read[model_.triangles(triangle, k)] = 1;
+  };
+  for (Index place = 0; place < membrane_.n_batches(); ++place) {
+    const Index first = 8 * membrane_.batch_at(place);
+    for (Index t = first; t < std::min(first + 8, membrane_.n_triangles()); ++t) read_corners(t);
+  }
+  for (const BendingElements& of_part : bending_)
+    for (const Hinge& hinge : of_part.element->hinges())
+      for (const Index vertex : hinge.vertices) read[vertex] = 1;
+  std::vector<Index> others;
+  for (Index row = 0; row < model_.n_vertices; ++row)
+    if (read[row] && (row < rows.begin || row >= rows.end)) others.push_back(row);
+  return others;
 }
 
 void Elasticity::add_bending_part(const ClothModel::BendingPart& part) {
@@ -116,61 +139,69 @@ Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Poin
   return LimitPhaseScope(membrane_);
 }
 
+void Elasticity::know_forces_at(const Points& x, Range rows) {
+  if (known_.rows == rows && known_.at.at(x)) return;
+  known_.membrane.known = known_.bending.known = false;
+  known_.rows = rows;
+  known_.at.set(x);
+}
+
 template <class Add>
-void Elasticity::add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
-                           Points& force) const {
-  if (rows != known.rows || !same_bits(x, known.x)) {
-    known.x = x, known.rows = rows;
-    known.force.resize(x.rows(), 3);
-    known.force.middleRows(rows.begin, rows.end - rows.begin).setZero();
-    add(known.force);
+void Elasticity::add_known(const Team& team, const Points& x, Range rows, KnownForce& known,
+                           Add&& add, RowsOut force) {
+  know_forces_at(x, rows);
+  const Index n = rows.end - rows.begin;
+  if (!known.known) {
+    known.force.resize(rows.begin, rows.end);
+    std::fill_n(known.force.data(), 3 * static_cast<std::size_t>(n), 0.0);
+    add(RowsOut(known.force));
+    known.known = true;
   }
-  parallel_for(team, rows.end - rows.begin,
+  parallel_for(team, n,
                [&](Index i) { force.row(rows.begin + i) += known.force.row(rows.begin + i); });
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v,
-                                     Index begin, Index end, Points& force) {
-  const auto add = [&](Points& to) { membrane_.add_forces(team, x, v, begin, end, to); };
+                                     Index begin, Index end, RowsOut force) {
+  const auto add = [&](RowsOut to) { membrane_.add_forces(team, x, v, begin, end, to); };
   if (membrane_.in_phase() || (v && membrane_.viscous()))
     add(force);
   else
-    add_known(team, x, {begin, end}, membrane_force_, add, force);
+    add_known(team, x, {begin, end}, known_.membrane, add, force);
   if (implicit_bending()) add_bending_forces(team, x, v, begin, end, force);
 }
 
 void Elasticity::add_explicit_bending(const Team& team, const Points& x, const Points& v,
-                                      Index begin, Index end, Points& force) {
+                                      Index begin, Index end, RowsOut force) {
   if (!implicit_bending()) add_bending_forces(team, x, &v, begin, end, force);
 }
 
 void Elasticity::add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
-                                    Index end, Points& force) {
+                                    Index end, RowsOut force) {
   if (bending_.empty()) return;
-  if (!v && zero_velocity_.rows() == 0) zero_velocity_.setZero(model_.n_vertices, 3);
-  const auto add = [&](Points& to) {
+  if (!v && damped_bending_ && zero_velocity_.rows() == 0)
+    zero_velocity_.setZero(model_.n_vertices, 3);
+  // Elements without damping do not read velocities.
+  const Points& velocity = v ? *v : damped_bending_ ? zero_velocity_ : x;
+  const auto add = [&](RowsOut to) {
     for (const auto& of_part : bending_)
-      of_part.element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, to);
+      of_part.element->add_forces(team, x, velocity, begin, end, to);
   };
   if (v && damped_bending_)
     add(force);
   else
-    add_known(team, x, {begin, end}, bending_force_, add, force);
+    add_known(team, x, {begin, end}, known_.bending, add, force);
 }
 
 void Elasticity::add_limits(const std::vector<LimitModes>& modes) {
   membrane_.add_limits(modes);
-  membrane_force_ = membrane_energy_ = {};
+  known_.membrane.known = false;
+  energies_.membrane.clear();
 }
 
 // If bending is explicit, each chunk of rows is completed while it is in the cache.
 void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin,
                           Index end, Product product) {
-  if (product.w)
-    parallel_for(team, model_.n_vertices, [&](Index i) {
-      for (int d = 0; d < 3; ++d)
-        wide_in_[4 * static_cast<std::size_t>(i) + d] = (*product.w)(i, d);
-    });
   membrane_.locate_rows(matrix_, begin, end);
   const Index n_chunks = (end - begin + rows_per_block - 1) / rows_per_block;
   const auto end_of = [&](Index chunk) {
@@ -205,9 +236,9 @@ void Elasticity::finish_rows(Index begin, Index end, Product product) {
   for (Index first = begin; product.w && first < end; first += rows_per_block) {
     alignas(64) double out[4 * rows_per_block];
     const Index last = std::min(end, first + rows_per_block);
-    matrix_.multiply(first, last, wide_in_.data(), out);
+    matrix_.multiply(first, last, product.w->data(), out, 3);
     for (Index row = first; row < last; ++row)
-      for (int d = 0; d < 3; ++d) (*product.y)(row, d) = out[4 * (row - first) + d];
+      for (int d = 0; d < 3; ++d) product.y->row(row)[d] = out[4 * (row - first) + d];
   }
   for (Index row = begin; row < end; ++row) {
     double* diagonal = matrix_.block(matrix_.diagonal()[row]);
@@ -215,43 +246,65 @@ void Elasticity::finish_rows(Index begin, Index end, Product product) {
   }
 }
 
-double Elasticity::membrane_energy(const Team& team, const Points& x) {
-  if (membrane_.in_phase()) return sum_of_membrane(team, x);
-  if (!same_bits(x, membrane_energy_.x))
-    membrane_energy_.energy = sum_of_membrane(team, x), membrane_energy_.x = x;
-  return membrane_energy_.energy;
+void Elasticity::know_energies_at(const Points& x) {
+  if (energies_.at.at(x)) return;
+  energies_.membrane.clear(), energies_.bending.clear();
+  energies_.at.set(x);
 }
 
-double Elasticity::sum_of_membrane(const Team& team, const Points& x) {
-  if (!divided()) return membrane_.energy(team, x);
+double Elasticity::membrane_energy(const Team& team, const Points& x) {
+  const auto total = [&](std::vector<double>& sums) {
+    if (divided()) gather_block_sums(*layout_, first_, sums);
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+  };
+  if (membrane_.in_phase()) {
+    std::vector<double> sums = membrane_sums(team, x);
+    return total(sums);
+  }
+  know_energies_at(x);
+  if (energies_.membrane.empty()) energies_.membrane = membrane_sums(team, x);
+  return total(energies_.membrane);
+}
+
+std::vector<double> Elasticity::membrane_sums(const Team& team, const Points& x) {
+  if (!divided()) return {membrane_.energy(team, x)};
   const auto block = [&](Index triangle) {
     return (triangle + rows_per_block - 1) / rows_per_block;
   };
   const int rank = layout_->communicator().rank();
   std::vector<double> sums(block(membrane_.n_triangles()), 0.0);
   membrane_.sum_energies(team, x, {block(first_[rank]), block(first_[rank + 1])}, sums);
-  gather_block_sums(*layout_, first_, sums);
-  return std::accumulate(sums.begin(), sums.end(), 0.0);
+  return sums;
 }
 
 double Elasticity::bending_energy(const Team& team, const Points& x) {
-  if (same_bits(x, bending_energy_.x)) return bending_energy_.energy;
-  double sum = 0.0;
+  know_energies_at(x);
+  if (energies_.bending.empty()) energies_.bending = bending_sums(team, x);
+  double energy = 0.0;
+  auto sum = energies_.bending.begin();  // of the next part
   for (const BendingElements& of_part : bending_) {
+    std::vector<double> sums(sum, sum + n_sums(of_part));
+    sum += n_sums(of_part);
+    if (!of_part.first.empty()) gather_block_sums(*layout_, of_part.first, sums);
+    energy += std::accumulate(sums.begin(), sums.end(), 0.0);
+  }
+  return energy;
+}
+
+std::vector<double> Elasticity::bending_sums(const Team& team, const Points& x) {
+  std::vector<double> all;
+  for (const BendingElements& of_part : bending_) {
+    const std::size_t begin = all.size();
+    all.resize(begin + n_sums(of_part), 0.0);
     if (of_part.first.empty()) {
-      sum += of_part.element->energy(team, x);
+      all[begin] = of_part.element->energy(team, x);
       continue;
     }
-    const std::vector<Index>& first = of_part.first;
-    std::vector<double> sums((first.back() + rows_per_block - 1) / rows_per_block, 0.0);
     const int rank = layout_->communicator().rank();
     of_part.element->sum_energies(team, x, of_part.triangles,
-                                  sums.data() + first[rank] / rows_per_block);
-    gather_block_sums(*layout_, first, sums);
-    sum += std::accumulate(sums.begin(), sums.end(), 0.0);
+                                  all.data() + begin + of_part.first[rank] / rows_per_block);
   }
-  bending_energy_.x = x, bending_energy_.energy = sum;
-  return sum;
+  return all;
 }
 
 void Elasticity::strain_of_rank(const Team& team, const Points& x, Points& green, Vector& stretch) {
@@ -274,8 +327,7 @@ void Elasticity::strain(const Team& team, const Points& x, Points& green, Vector
     std::vector<MembraneConstants> constants;
     for (Index t = first; t < first + n; ++t) constants.push_back(model_.constants_of(t));
     Membrane membrane(model_.n_vertices, model_.triangles.middleRows(first, n),
-                      {model_.corners.begin() + first, model_.corners.begin() + first + n},
-                      constants);
+                      model_.corners.range(first, first + n), constants);
     membrane.strain(team, x, green_of_piece, stretch_of_piece);
     green.middleRows(first, n) = green_of_piece;
     stretch.segment(first, n) = stretch_of_piece;
@@ -283,8 +335,7 @@ void Elasticity::strain(const Team& team, const Points& x, Points& green, Vector
 }
 
 std::size_t Elasticity::bending_bytes() const {
-  std::size_t sum = bytes_of(zero_velocity_, bending_force_.x, bending_force_.force) +
-                    bytes_of(bending_energy_.x);
+  std::size_t sum = bytes_of(zero_velocity_, known_.bending.force);
   for (const BendingElements& of_part : bending_) sum += of_part.element->bytes();
   return sum;
 }

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/base/bytes.h"
+#include "core/base/own_rows.h"
 #include "core/cloth/bending/bending.h"
 #include "core/cloth/cloth_model.h"
+#include "core/cloth/known_positions.h"
 #include "core/cloth/limits/limit_phase.h"
 #include "core/cloth/membrane/membrane.h"
 #include "core/linalg/block_matrix.h"
@@ -42,16 +44,16 @@ class Elasticity {
   // rows [begin, end) of `force`. The matrix approximates their stiffness. If v is null, viscous
   // forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
-                           Index end, Points& force);
+                           Index end, RowsOut force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
-                            Index end, Points& force);
+                            Index end, RowsOut force);
 
   // A product that assemble() computes with the new matrix. `w` must be up to date in all rows that
   // the matrix couples to [begin, end).
   struct Product {
     const Points* w;  // one row per vertex or more; null: no product
-    Points* y;        // y = (matrix - M) w on rows [begin, end)
+    OwnRows* y;       // y = (matrix - M) w on rows [begin, end), the rows of y
   };
   // Sets rows [begin, end) of the matrix to M + s K + t D, where s and t are the factors `elastic`
   // and `viscous` of terms.scales. Also computes `product`.
@@ -86,6 +88,8 @@ class Elasticity {
   double membrane_energy(const Team& team, const Points& x);
   double bending_energy(const Team& team, const Points& x);
   const Membrane& membrane() const { return membrane_; }
+  // Returns an object for the rows that the elements of this rank read, which knows no positions.
+  const KnownPositions& unknown_positions() const { return unknown_; }
   // Returns whether this rank stores only a part of the elements.
   bool divided() const { return layout_ != nullptr; }
   // Returns an object that stores all elements and has the same treatment of bending.
@@ -99,11 +103,10 @@ class Elasticity {
 
   // Memory of membrane, bending, and matrix [bytes].
   std::size_t membrane_bytes() const {
-    return bytes_of(membrane_, limit_phase_, membrane_force_.x, membrane_force_.force,
-                    membrane_energy_.x);
+    return bytes_of(membrane_, limit_phase_, known_.at, known_.membrane.force, energies_.at);
   }
   std::size_t bending_bytes() const;
-  std::size_t matrix_bytes() const { return bytes_of(matrix_, wide_in_); }
+  std::size_t matrix_bytes() const { return bytes_of(matrix_); }
 
  private:
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
@@ -111,22 +114,41 @@ class Elasticity {
     Index begin = 0, end = 0;
     bool operator==(const Range&) const = default;
   };
-  // The elastic forces on a range of rows, or an energy, at the positions x. They are kept because
-  // a part of a step needs them several times at the same positions.
-  struct Known {
-    Points x;  // no rows: nothing is known
-    Range rows;
-    Points force;         // (n x 3) [N]
-    double energy = 0.0;  // [J]
+  // Elastic forces and energies are kept because a part of a step needs them several times at the
+  // same positions.
+  struct KnownForce {
+    bool known = false;
+    OwnRows force;  // [N]
   };
-  // Adds the forces that add() computes to `force`. Reuses the forces in `known` if they belong to
-  // the same rows and positions.
+  struct KnownForces {
+    Range rows;
+    KnownPositions at;
+    KnownForce membrane, bending;
+  };
+  // Sums over blocks of triangles [J]; empty: not known. If elements are divided, a rank reuses
+  // only its own sums, because other ranks may have seen other rows change. For bending, the sums
+  // of all parts follow one another.
+  struct KnownEnergies {
+    KnownPositions at;
+    std::vector<double> membrane, bending;
+  };
+  // Adds the forces that add() computes to `force`. Reuses the forces in `known`, which is a part
+  // of known_, if they belong to the same rows and positions.
   template <class Add>
-  void add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
-                 Points& force) const;
+  void add_known(const Team& team, const Points& x, Range rows, KnownForce& known, Add&& add,
+                 RowsOut force);
+  // Discards the forces in known_ unless they belong to these rows and positions.
+  void know_forces_at(const Points& x, Range rows);
+  // Discards the energies in energies_ unless they belong to these positions.
+  void know_energies_at(const Points& x);
+  // Returns the rows outside of `rows` that the elements of this rank read, in ascending order.
+  std::vector<Index> other_rows_read(Range rows) const;
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
-                          Index end, Points& force);
-  double sum_of_membrane(const Team& team, const Points& x);
+                          Index end, RowsOut force);
+  // Return the sums over blocks of the triangles of this rank, and 0 in all other blocks. If
+  // elements are not divided, they return one sum.
+  std::vector<double> membrane_sums(const Team& team, const Points& x);
+  std::vector<double> bending_sums(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);
   void finish_rows(Index begin, Index end, Product product);
 
@@ -135,6 +157,11 @@ class Elasticity {
     std::vector<Index> first;  // result of first_triangles(); empty: all elements are stored
     IndexRange triangles;      // triangles of `element` whose energies this rank sums
   };
+  // Returns the number of sums that bending_sums() has for a part.
+  static Index n_sums(const BendingElements& of_part) {
+    const std::vector<Index>& first = of_part.first;
+    return first.empty() ? 1 : (first.back() + rows_per_block - 1) / rows_per_block;
+  }
   void add_bending_part(const ClothModel::BendingPart& part);
 
   const ClothModel& model_;
@@ -145,12 +172,13 @@ class Elasticity {
   std::vector<BendingElements> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;
-  std::vector<double> wide_in_;  // Product::w, padded to 4 doubles per row
-  Points zero_velocity_;         // zeros, allocated at first use
+  Points zero_velocity_;  // zeros, allocated at first use
   bool damped_bending_ = false;
+  KnownPositions unknown_;  // has the rows that the elements of this rank read
   // Membrane values are not reused while the membrane includes stiff phases. Forces are not reused
   // if they include viscous forces.
-  Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;
+  KnownForces known_;
+  KnownEnergies energies_;
 };
 
 }  // namespace loomstone

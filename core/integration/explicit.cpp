@@ -43,7 +43,8 @@ class ExplicitIntegrator final : public Integrator {
   bool symplectic_;
   const ClothModel& model_;
   Elasticity& elasticity_;
-  Points force_, velocity_, wide_;
+  OwnRows force_;
+  Points velocity_, wide_;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/event_motion.h"
+#include "core/base/own_rows.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/cloth_state.h"
@@ -51,8 +52,8 @@ struct BodiesOfStep {
 struct StepInputs {
   double step = 0.0;  // length h [s]
   double time = 0.0;  // start of the step [s]
-  // (n x 3) Gravity, drag and user forces at the start [N]; complete only in owned rows.
-  const Points* force = nullptr;
+  // Gravity, drag and user forces at the start [N], in cloth rows of this rank.
+  const OwnRows* force = nullptr;
   Vec3 gravity = Vec3::Zero();  // acceleration [m/s^2]
   // Contacts, friction, attachments and untangling; implicit schemes only. See also
   // Integrator::needs_all_terms().
@@ -63,7 +64,8 @@ struct StepInputs {
   // friction is too large. May be null.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
-  const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
+  // (n x 3) Positions of fixed rows of cloth at the end [m]; no rows if none is fixed.
+  const Points* target = nullptr;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
   // Rigid bodies. Used only by schemes with moves_bodies(). Null: none.

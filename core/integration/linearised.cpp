@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "core/base/message.h"
+#include "core/base/own_rows.h"
 #include "core/integration/integrator_factories.h"
 #include "core/integration/scheme_coefficients.h"
 #include "core/integration/step_solve.h"
@@ -48,8 +49,8 @@ class LinearisedIntegrator final : public Integrator {
 
   bool implicit() const override { return true; }
   Memory memory() const override {
-    return {bytes_of(rhs_, rhs_with_terms_, change_, displacement_, force_) +
-                bytes_of(drift_, product_, bending_, next_x_, next_v_, terms_, body_mass_),
+    return {bytes_of(rhs_, rhs_with_terms_, displacement_, drift_) +
+                bytes_of(bending_, next_x_, next_v_, terms_, body_mass_),
             memory_.solver_bytes(), memory_.preconditioner_bytes()};
   }
   bool needs_all_terms() const override { return direct_; }
@@ -66,16 +67,16 @@ class LinearisedIntegrator final : public Integrator {
     const SchemeCoefficients c = coefficients(scheme, inputs.step, ratio);
     const BodyRows bodies(inputs.step, c);
     body_mass_ = bodies.masses(inputs.body_mass);
-    Step step{team, layout, inputs, scheme, c, model_.n_vertices};
+    Step step{team, layout, inputs, scheme, c, model_.n_vertices, state.last_change};
     step.inputs.body_mass = &body_mass_;
+    step.has_change = state.last_change.rows() == layout.n_rows();
 
     resize_tables(step);
     set_start(step, state, body_velocity);
     assemble(step, state);
     const Solution solution = solve_with_friction(step);
     move(step, state);
-    state.last_change = change_;
-    body_velocity += bodies.velocity_share * change_.bottomRows(layout.n_rows() - step.n);
+    body_velocity += bodies.velocity_share * step.change.bottomRows(layout.n_rows() - step.n);
     return {1, solution.iterations, solution.residual, {}, 0};
   }
 
@@ -87,7 +88,9 @@ class LinearisedIntegrator final : public Integrator {
     StepInputs inputs;
     Scheme scheme;
     SchemeCoefficients c;
-    Index n;  // number of cloth vertices
+    Index n;                  // number of cloth vertices
+    Points& change;           // (rows x 3) dv [m/s], at first that of the last step
+    bool has_change = false;  // `change` contains that of the last step
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force
@@ -109,10 +112,14 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   void resize_tables(const Step& step) {
-    for (Points* const table : {&change_, &displacement_, &rhs_, &rhs_with_terms_})
+    for (Points* const table : {&step.change, &displacement_, &rhs_with_terms_})
       keep_zero_outside(*table, step.layout.n_rows());
-    for (Points* const table : {&force_, &product_}) keep_zero_outside(*table, step.n);
+    rhs_.resize(step.layout.begin(), step.layout.end());
   }
+
+  // The forces on cloth at the start of the step [N], in rows of this rank. They need no table of
+  // their own, because rhs_with_terms_ is set after their last use.
+  Points& force() { return rhs_with_terms_; }
 
   // Sets u0 of a row: the displacement at which forces are evaluated if dv is zero.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
@@ -131,18 +138,18 @@ class LinearisedIntegrator final : public Integrator {
     const RowLayout& layout = step.layout;
     // With contacts, the change of velocity in the last step is not used as a warm start. Our
     // choice: its residual is nearly always larger than that of a zero guess.
-    const bool warm = !step.asks_friction() && state.last_change.rows() == layout.n_rows();
+    const bool warm = !step.asks_friction() && step.has_change;
     const double scale = state.change_scale(step.inputs.step);
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
       const Index row = layout.begin() + i;
       displace(step, state, body_velocity, row);
-      Vec3 change = warm ? Vec3(scale * state.last_change.row(row)) : Vec3(Vec3::Zero());
+      Vec3 change = warm ? Vec3(scale * step.change.row(row)) : Vec3(Vec3::Zero());
       if (row < step.n && (*step.inputs.fixed)[row])
         change = (step.inputs.target->row(row) - state.x.row(row)).transpose() / step.inputs.step -
                  Vec3(state.v.row(row));
-      change_.row(row) = change;
+      step.change.row(row) = change;
       rhs_.row(row).setZero();
-      if (row < step.n) force_.row(row) = step.inputs.force->row(row);
+      if (row < step.n) force().row(row) = step.inputs.force->row(row);
     });
     displace_rows_of_others(step, state, body_velocity);
   }
@@ -178,14 +185,14 @@ class LinearisedIntegrator final : public Integrator {
       drift_ = -c.history / c.sigma * (state.x - state.previous_x);
       viscous_velocity = &drift_;
     }
-    elasticity_.add_implicit_forces(step.team, state.x, viscous_velocity, begin, end, force_);
+    elasticity_.add_implicit_forces(step.team, state.x, viscous_velocity, begin, end, force());
     PastMotion past;
     if (corrects_stress_ && state.previous_step > 0.0) past = {state.v.data(), state.previous_step};
     elasticity_.assemble(step.team, state.x, {kind_, {c.c_k, c.c_d}, past}, begin, end,
-                         {&displacement_, &product_});
+                         {&displacement_, &rhs_});
     parallel_for(step.team, end - begin, [&](Index i) {
       const Index row = begin + i;
-      rhs_.row(row) = c.sigma * force_.row(row) - c.sigma / c.c_k * product_.row(row);
+      rhs_.row(row) = c.sigma * force().row(row) - c.sigma / c.c_k * rhs_.row(row);
       if (step.scheme == Scheme::Bdf2)
         rhs_.row(row) +=
             c.history * model_.mass[row] * (state.v.row(row) - state.previous_v.row(row));
@@ -204,10 +211,14 @@ class LinearisedIntegrator final : public Integrator {
     const bool extrapolate = second_order && state.previous_bending.rows() == model_.n_vertices;
     if (!extrapolate)
       parallel_for(step.team, end - begin,
-                   [&](Index i) { force_.row(begin + i) += bending_.row(begin + i); });
+                   [&](Index i) { force().row(begin + i) += bending_.row(begin + i); });
     else
-      force_ += bending_ + step.c.time / state.last_length(step.inputs.step) *
-                               (bending_ - state.previous_bending);
+      parallel_for(step.team, end - begin, [&](Index i) {
+        const Index row = begin + i;
+        force().row(row) +=
+            bending_.row(row) + step.c.time / state.last_length(step.inputs.step) *
+                                    (bending_.row(row) - state.previous_bending.row(row));
+      });
     if (second_order) state.previous_bending = bending_;
   }
 
@@ -224,7 +235,7 @@ class LinearisedIntegrator final : public Integrator {
       StepInputs again = step.inputs;
       terms_ = *step.inputs.terms;
       const bool wrong =
-          (*step.inputs.friction_at)(displacement_ + step.c.c_k / step.c.sigma * change_,
+          (*step.inputs.friction_at)(displacement_ + step.c.c_k / step.c.sigma * step.change,
                                      step.c.time, terms_) >= friction_tolerance;
       if (wrong) {
         again.terms = &terms_;
@@ -262,7 +273,7 @@ class LinearisedIntegrator final : public Integrator {
                             tolerance,
                             &model_.mass,
                             negligible_part * step.c.sigma * inputs.gravity};
-    return solver_.solve(step.team, step.layout, system, change_, memory_, unchanged);
+    return solver_.solve(step.team, step.layout, system, step.change, memory_, unchanged);
   }
 
   // Sets velocities and positions at the end of the step.
@@ -270,7 +281,7 @@ class LinearisedIntegrator final : public Integrator {
     const double h = step.inputs.step;
     if (scheme_ == Scheme::Bdf2) next_x_ = state.x, next_v_ = state.v;
     parallel_for(step.team, step.n, [&](Index i) {
-      const Vec3 v0 = state.v.row(i), v1 = v0 + change_.row(i).transpose();
+      const Vec3 v0 = state.v.row(i), v1 = v0 + step.change.row(i).transpose();
       Vec3 x1 = state.x.row(i);
       if (step.scheme == Scheme::BackwardEuler)
         x1 += h * v1;
@@ -301,8 +312,8 @@ class LinearisedIntegrator final : public Integrator {
   // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // terms with the friction of the second solve
-  Points rhs_, rhs_with_terms_, change_, displacement_, force_, drift_, product_, bending_, next_x_,
-      next_v_;
+  OwnRows rhs_;
+  Points rhs_with_terms_, displacement_, drift_, bending_, next_x_, next_v_;
 };
 
 }  // namespace

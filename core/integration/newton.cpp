@@ -98,7 +98,7 @@ class NewtonIntegrator final : public Integrator {
     start_velocity_.resize(rows, 3);
     start_velocity_.topRows(n) = state.v;
     start_velocity_.bottomRows(rows - n) = body_velocity;
-    load_ = *step.inputs.force;
+    load_ = step.inputs.force->whole(n);
     elasticity_.add_explicit_bending(step.team, state.x, state.v, step.begin(), step.end(), load_);
     all_load_ = load_;
     if (!step.layout.single()) {

@@ -64,13 +64,13 @@ struct Blocks {
 // at the end. Three partial sums, one per column, keep the additions independent.
 template <class>
 LOOMSTONE_INLINE void multiply_rows(Index begin, Index end, Blocks matrix, const double* x,
-                                    double* y) {
+                                    double* y, int stride) {
   const auto [row_start, columns, values] = matrix;
   for (Index row = begin; row < end; ++row) {
     Quad sum0{}, sum1{}, sum2{};
     for (Index k = row_start[row]; k < row_start[row + 1]; ++k) {
       const double* a = values + 9 * static_cast<std::size_t>(k);
-      const double* v = x + 4 * static_cast<std::size_t>(columns[k]);
+      const double* v = x + stride * static_cast<std::size_t>(columns[k]);
       sum0 += quad_load(a) * v[0];
       sum1 += quad_load(a + 3) * v[1];
       sum2 += quad_load(a + 6) * v[2];
@@ -83,9 +83,9 @@ LOOMSTONE_INLINE void multiply_rows(Index begin, Index end, Blocks matrix, const
 
 }  // namespace
 
-void BlockMatrix::multiply(Index begin, Index end, const double* x, double* y) const {
+void BlockMatrix::multiply(Index begin, Index end, const double* x, double* y, int stride) const {
   const Blocks blocks{row_start_.data(), columns_.data(), values_.data()};
-  LOOMSTONE_WIDEST(multiply_rows)(begin, end, blocks, x, y);
+  LOOMSTONE_WIDEST(multiply_rows)(begin, end, blocks, x, y, stride);
 }
 
 }  // namespace loomstone

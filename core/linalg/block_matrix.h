@@ -44,9 +44,9 @@ class BlockMatrix {
   void set_zero();
   std::size_t bytes() const { return bytes_of(row_start_, columns_, diagonal_, values_); }
 
-  // Computes y = A x on rows [begin, end). Vectors have 4 doubles per row; the fourth is zero. x
-  // has all rows, and y only the rows [begin, end).
-  void multiply(Index begin, Index end, const double* x, double* y) const;
+  // Computes y = A x on rows [begin, end). x has all rows, and y only the rows [begin, end). y has
+  // 4 doubles per row, the fourth of which is zero; x has `stride` doubles per row, 3 or 4.
+  void multiply(Index begin, Index end, const double* x, double* y, int stride = 4) const;
 
  private:
   std::vector<Index> row_start_{0}, columns_, diagonal_;

@@ -203,18 +203,9 @@ TriangleMesh welded(const TriangleMesh& mesh) {
                       mesh.uv(), mesh.uv_triangles());
 }
 
-std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
-                                   const std::string& where) {
-  std::vector<Corners2> result(static_cast<std::size_t>(mesh.n_triangles()));
-  if (mesh.has_uv()) {
-    for (Index t = 0; t < mesh.n_triangles(); ++t) {
-      const Corners2 from_uv = corners_of_uv(mesh, t);
-      result[static_cast<std::size_t>(t)] =
-          rest_from_uv ? from_uv
-                       : flattened(mesh, t, weft_direction(mesh, t, from_uv), corner(mesh, t, 0));
-    }
-    return result;
-  }
+RestCorners::RestCorners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where)
+    : mesh_(&mesh), rest_from_uv_(rest_from_uv) {
+  if (mesh.has_uv()) return;
   if (!mesh.flat()) {
     fail<InvalidInput>(
         "{} must have uv or be flat, got a curved mesh without uv, whose weft and warp directions "
@@ -222,12 +213,24 @@ std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
         where);
   }
   const Plane plane = widest_plane(mesh.vertices());
-  Vec3 weft = Vec3::UnitX() - plane.normal.x() * plane.normal;
-  if (weft.norm() < 1e-6) weft = Vec3::UnitY() - plane.normal.y() * plane.normal;
-  weft.normalize();
-  for (Index t = 0; t < mesh.n_triangles(); ++t) {
-    result[static_cast<std::size_t>(t)] = flattened(mesh, t, weft, Vec3::Zero());
-  }
+  weft_ = Vec3::UnitX() - plane.normal.x() * plane.normal;
+  if (weft_.norm() < 1e-6) weft_ = Vec3::UnitY() - plane.normal.y() * plane.normal;
+  weft_.normalize();
+}
+
+Corners2 RestCorners::operator[](Index triangle) const {
+  if (!mesh_->has_uv()) return flattened(*mesh_, triangle, weft_, Vec3::Zero());
+  const Corners2 from_uv = corners_of_uv(*mesh_, triangle);
+  if (rest_from_uv_) return from_uv;
+  return flattened(*mesh_, triangle, weft_direction(*mesh_, triangle, from_uv),
+                   corner(*mesh_, triangle, 0));
+}
+
+std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
+                                   const std::string& where) {
+  const RestCorners corners(mesh, rest_from_uv, where);
+  std::vector<Corners2> result(static_cast<std::size_t>(mesh.n_triangles()));
+  for (Index t = 0; t < mesh.n_triangles(); ++t) result[static_cast<std::size_t>(t)] = corners[t];
   return result;
 }
 

@@ -49,12 +49,25 @@ class TriangleMesh {
 // repeat vertices along texture seams, because repeated vertices would cut the surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-// Returns the rest coordinates of the corners of every triangle. All areas are positive: in a
-// triangle that is mirrored in uv, u first changes sign. With uv and rest_from_uv, these uv are the
-// rest coordinates. With uv but without rest_from_uv, each triangle keeps its shape in space; weft
-// is the direction in which u increases at constant v. Without uv, the mesh must be flat; weft is
-// then the x axis projected on its plane, or the y axis if that projection nearly vanishes. Throws
-// InvalidInput for a curved mesh without uv; `where` names the mesh in the message.
+// Rest coordinates of the corners of the triangles of a mesh. All areas are positive: in a triangle
+// that is mirrored in uv, u first changes sign. With uv and rest_from_uv, these uv are the rest
+// coordinates. With uv but without rest_from_uv, each triangle keeps its shape in space; weft is
+// the direction in which u increases at constant v. Without uv, the mesh must be flat; weft is then
+// the x axis projected on its plane, or the y axis if that projection nearly vanishes.
+class RestCorners {
+ public:
+  // Refers to the mesh. Throws InvalidInput for a curved mesh without uv; `where` names the mesh in
+  // the message.
+  RestCorners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where);
+  Corners2 operator[](Index triangle) const;
+
+ private:
+  const TriangleMesh* mesh_;
+  bool rest_from_uv_;
+  Vec3 weft_ = Vec3::Zero();  // without uv
+};
+
+// Returns the RestCorners of all triangles.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
                                    const std::string& where);
 

@@ -47,6 +47,7 @@ struct Simulation::Data {
   std::shared_ptr<const Communicator> communicator;
   Decomposition decomposition = Decomposition::Predicted;
   Model model;
+  std::unique_ptr<FrameTopology> topology;  // made when first asked for
   State state;
   StepOutcome outcome;
   std::unique_ptr<RowLayout> layout;
@@ -207,7 +208,7 @@ std::vector<Simulation::MemoryPart> Simulation::memory() const {
   const auto of_all = [&](std::size_t (Elasticity::*bytes)() const) {
     return engines.all_elements ? (*engines.all_elements.*bytes)() : 0;
   };
-  return {{"model", d.model.bytes()},
+  return {{"model", d.model.bytes() + bytes_of(d.topology)},
           {"state", bytes_of(d.state, d.outcome.start, d.outcome.contact, d.writes)},
           {"step", d.stepper->step_bytes()},
           {"membrane", engines.elasticity->membrane_bytes() + of_all(&Elasticity::membrane_bytes)},
@@ -239,7 +240,11 @@ bool Simulation::may_checkpoint() const {
          data_->state.step % data_->model.scene.rigid_rebuild_interval == 0;
 }
 
-const FrameTopology& Simulation::topology() const { return data_->model.topology; }
+const FrameTopology& Simulation::topology() const {
+  if (!data_->topology)
+    data_->topology = std::make_unique<FrameTopology>(frame_topology(data_->model));
+  return *data_->topology;
+}
 
 Frame Simulation::frame() const { return frame_at(time()); }
 
@@ -271,9 +276,12 @@ void Simulation::set_velocities(const Points& velocities) {
   data_->to_rows(velocities, "velocities", data_->state.cloth.v, UserWrites::Velocities);
   data_->forget_last_step();
 }
-Points Simulation::external_forces() const { return data_->to_user(data_->state.external_force); }
+Points Simulation::external_forces() const {
+  const Points& rows = data_->state.external_force;
+  return rows.rows() > 0 ? data_->to_user(rows) : Points::Zero(data_->model.cloth.n_vertices, 3);
+}
 void Simulation::set_external_forces(const Points& forces) {
-  data_->to_rows(forces, "external_forces", data_->state.external_force);
+  data_->to_rows(forces, "external_forces", data_->state.made(data_->state.external_force));
 }
 Points Simulation::external_body_forces() const { return data_->state.body_force; }
 void Simulation::set_external_body_forces(const Points& forces) {
@@ -285,7 +293,7 @@ void Simulation::set_external_body_torques(const Points& torques) {
 }
 
 void Simulation::set_pin_targets(const Points& targets) {
-  data_->to_rows(targets, "pin_targets", data_->state.pin_target);
+  data_->to_rows(targets, "pin_targets", data_->state.made(data_->state.pin_target));
   const std::vector<std::uint8_t>& pinned = data_->model.cloth.prescribed;
   if (std::find(pinned.begin(), pinned.end(), 1) == pinned.end())
     throw InvalidInput("the cloth must have pins to move them, it has none; give Cloth.pins");

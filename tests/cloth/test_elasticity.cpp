@@ -22,7 +22,7 @@ ClothModel sheet(const TriangleMesh& mesh, double viscosity, double damping) {
   model.first_triangle = {0, n};
   model.constants = {membrane_constants(material, "material")};
   model.rest_positions = mesh.vertices();
-  model.mass = lumped_mass(model.n_vertices, model.triangles, model.corners,
+  model.mass = lumped_mass(model.n_vertices, model.triangles, model.corners.all(),
                            std::vector<double>(n, material.density));
   model.prescribed.assign(model.n_vertices, 0);
   ClothModel::BendingPart part;

@@ -84,7 +84,7 @@ Asynchronous limiting(Limiting method, Schedule schedule = Schedule::Nested) {
 }
 
 Membrane limited_membrane(const ClothRun& run) {
-  Membrane membrane(run.model.n_vertices, run.model.triangles, run.model.corners,
+  Membrane membrane(run.model.n_vertices, run.model.triangles, run.model.corners.all(),
                     {run.model.constants, run.model.first_triangle});
   membrane.add_limits(limit_potential(run.model, {}));
   return membrane;
@@ -272,7 +272,7 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     for (const int i : {1, 2}) x.row(i) << length, (i == 1 ? 1e-3 : -1e-3) * length, 0.0;
     CHECK(stretch_of(run) > 0.999 * bound);
     Membrane limited = limited_membrane(run);
-    Membrane free(3, run.model.triangles, run.model.corners, run.model.constants);
+    Membrane free(3, run.model.triangles, run.model.corners.all(), run.model.constants);
     CHECK(force_at(limited, x) == force_at(free, x));
     // Random motions within the limits of the edges do not stretch the triangle more.
     std::mt19937 random(7);

@@ -25,8 +25,9 @@ struct ClothRun {
 
   IntegrationReport advance() {
     StepInputs in;
+    const OwnRows loads(force);
     in.step = step, in.time = steps++ * step;
-    in.force = &force, in.fixed = &fixed, in.target = &target, in.body_mass = &body_mass;
+    in.force = &loads, in.fixed = &fixed, in.target = &target, in.body_mass = &body_mass;
     return integrator->advance({}, *layout, in, state, bodies);
   }
 
@@ -64,7 +65,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   m.first_triangle = {0, mesh.n_triangles()};
   m.constants = {membrane_constants(material, "material")};
   m.rest_positions = mesh.vertices();
-  m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners,
+  m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners.all(),
                        std::vector<double>(mesh.n_triangles(), material.density));
   m.prescribed.assign(m.n_vertices, 0);
   for (const Index pin : pins) m.prescribed[pin] = 1;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/bytes.h"
+#include "core/base/own_rows.h"
 #include "core/base/types.h"
 #include "core/cloth/material/jacobian_terms.h"
 #include "core/linalg/block_matrix.h"
@@ -78,7 +79,7 @@ class Bending {
   // `force`. For each vertex, hinges are added in ascending order, so the result is bitwise
   // identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
-                          Index end, Points& force) const = 0;
+                          Index end, RowsOut force) const = 0;
   // Adds the stiffness K and the damping matrix D to rows [begin, end) of `matrix`. `scales`
   // contains their factors. K has the Gauss-Newton or the lumped form, both of which are positive
   // semi-definite. The pattern of `matrix` must contain couplings().

@@ -105,7 +105,7 @@ void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, con
 }
 
 void HingeSet::gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
-                      const HingeRange& range, Points& force) const {
+                      const HingeRange& range, RowsOut force) const {
   const Index n_chunks = static_cast<Index>(range.chunk_start.size()) - 1;
   parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
     double sums[4 * (rows_per_block + 1)];

@@ -9,6 +9,7 @@
 
 #include "core/base/aligned.h"
 #include "core/base/bytes.h"
+#include "core/base/own_rows.h"
 #include "core/base/types.h"
 #include "core/mesh/adjacency.h"
 #include "core/parallel/team.h"
@@ -75,7 +76,7 @@ class HingeSet {
   // Subtracts sum_e moment_e u_e,i from the force on each row i of the range. u_e,i is the gradient
   // of the angle of hinge e with respect to vertex i. Hinges are added in ascending order.
   void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
-              const HingeRange& range, Points& force) const;
+              const HingeRange& range, RowsOut force) const;
 
   // Number of hinges with a zero-area triangle. These hinges exert no force. `values` must contain
   // the gradients of all hinges.

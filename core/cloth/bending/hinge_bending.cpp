@@ -101,7 +101,7 @@ class HingeBending final : public Bending {
   bool sums_by_triangle() const override { return false; }
 
   void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
-                  Points& force) const override {
+                  RowsOut force) const override {
     hinges_.find_range(begin, end, range_);
     const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, damped_ ? &v : nullptr, true, values_);

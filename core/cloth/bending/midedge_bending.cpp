@@ -33,7 +33,7 @@ class MidedgeBending final : public Bending {
                     double* sums) const override;
   bool sums_by_triangle() const override { return true; }
   void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
-                  Points& force) const override;
+                  RowsOut force) const override;
   void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                      Index end, BlockMatrix& matrix) const override;
   void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
@@ -236,7 +236,7 @@ void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange 
 }
 
 void MidedgeBending::add_forces(const Team& team, const Points& x, const Points& v, Index begin,
-                                Index end, Points& force) const {
+                                Index end, RowsOut force) const {
   if (hinges_.n_hinges() == 0) return;
   select_rows(begin, end);
   const Selection& s = selection_;

@@ -14,10 +14,10 @@ Vec3 corotational_strain(const Vec3& green) {
   return {(c11 + d) / s - 1.0, (c22 + d) / s - 1.0, c12 / s};
 }
 
-Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners,
-                         const Points& x, Index triangle) {
-  const Corners2& c = corners[triangle];
-  const Vec2 e0 = (c.row(0) - c.row(2)).transpose(), e1 = (c.row(1) - c.row(2)).transpose();
+Vec3 corotational_strain(const Triangles& triangles, const Corners2& corners, const Points& x,
+                         Index triangle) {
+  const Vec2 e0 = (corners.row(0) - corners.row(2)).transpose(),
+             e1 = (corners.row(1) - corners.row(2)).transpose();
   const double determinant = e0.x() * e1.y() - e0.y() * e1.x();
   limit::Element<double> element{};
   element.g0x = e1.y() / determinant, element.g0y = -e1.x() / determinant;
@@ -34,7 +34,7 @@ void corotational_strain(const Team& team, const Triangles& triangles,
                          const std::vector<Corners2>& corners, const Points& x, Points& strain) {
   strain.resize(triangles.rows(), 3);
   parallel_for(team, static_cast<Index>(triangles.rows()), [&](Index t) {
-    strain.row(t) = corotational_strain(triangles, corners, x, t).transpose();
+    strain.row(t) = corotational_strain(triangles, corners[t], x, t).transpose();
   });
 }
 

@@ -72,6 +72,7 @@ class LimitElements {
   // Slots of the elements at each vertex, in ascending order.
   const std::vector<Index>& slot_start() const { return slot_start_; }
   const std::vector<Index>& slots() const { return slots_; }
+  const Corners2& rest_corners(Index triangle) const { return cloth_.corners[triangle]; }
   const Index* corners(Index slot) const {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }

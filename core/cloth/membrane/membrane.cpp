@@ -195,7 +195,7 @@ Membrane::Neglected Membrane::neglected(const double* start, const double* end,
 }
 
 void Membrane::add_forces(const Team& team, const Points& x, const Points* v, Index begin,
-                          Index end, Points& force) {
+                          Index end, RowsOut force) {
   select_rows(begin, end);
   const membrane::Tables tables = this->tables();
   const double* velocity = v && viscous_ ? v->data() : nullptr;

@@ -11,6 +11,7 @@
 
 #include "core/base/aligned.h"
 #include "core/base/bytes.h"
+#include "core/base/own_rows.h"
 #include "core/base/types.h"
 #include "core/cloth/material/material.h"
 #include "core/cloth/membrane/limit_modes.h"
@@ -103,7 +104,7 @@ class Membrane {
 
   // Adds the elastic force, and the viscous force if v is given, to rows [begin, end) of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
-                  Points& force);
+                  RowsOut force);
 
   // Sets rows [begin, end) of `matrix` to elastic K + viscous D with the factors in terms.scales.
   // The pattern of `matrix` must contain all mesh edges.

@@ -68,17 +68,8 @@ class Kept : public PairSink {
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        TaskShare share)
     : model_(model), pairs_(pairs), share_(share) {
-  std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
-  for (Index e = 0; e < model.edges.rows(); ++e)
-    edges_of_surface[model.surface_of_edge[e]].push_back(e);
-  for (std::size_t s = 0; s < model.surfaces.size(); ++s) {
-    const CollisionSurface& surface = model.surfaces[s];
-    Edges edges(edges_of_surface[s].size(), 2);
-    for (std::size_t i = 0; i < edges_of_surface[s].size(); ++i)
-      edges.row(i) = model.edges.row(edges_of_surface[s][i]);
-    trees_.emplace_back(model.triangles.middleRows(surface.first_triangle, surface.n_triangles),
-                        surface.first_triangle, std::move(edges), std::move(edges_of_surface[s]));
-  }
+  for (std::size_t s = 0; s < model.surfaces.size(); ++s)
+    trees_.emplace_back(model, static_cast<Index>(s));
 }
 
 // Returns whether this object performs all tasks and `which` includes self-collisions of a surface.

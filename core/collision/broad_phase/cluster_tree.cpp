@@ -151,13 +151,31 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
 
 ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
                          std::vector<Index> edge_ids, std::vector<Index> foreign)
-    : triangles_(std::move(triangles)),
-      first_triangle_(first_triangle),
-      edges_(std::move(edges)),
+    : first_triangle_(first_triangle),
+      n_triangles_(static_cast<Index>(triangles.rows())),
+      n_edges_(static_cast<Index>(edges.rows())),
+      own_triangles_(std::move(triangles)),
+      own_edges_(std::move(edges)),
       edge_ids_(std::move(edge_ids)),
       foreign_(std::move(foreign)) {
   std::sort(foreign_.begin(), foreign_.end());
-  n_clusters_ = static_cast<Index>((triangles_.rows() + slab_lanes - 1) / slab_lanes);
+  add_levels();
+}
+
+// Edges are sorted by vertices, so those of a surface follow one another.
+ClusterTree::ClusterTree(const CollisionModel& model, Index surface)
+    : model_(&model),
+      first_triangle_(model.surfaces[surface].first_triangle),
+      n_triangles_(model.surfaces[surface].n_triangles) {
+  const std::vector<Index>& of = model.surface_of_edge;
+  const auto own = std::equal_range(of.begin(), of.end(), surface);
+  first_edge_ = static_cast<Index>(own.first - of.begin());
+  n_edges_ = static_cast<Index>(own.second - own.first);
+  add_levels();
+}
+
+void ClusterTree::add_levels() {
+  n_clusters_ = (n_triangles_ + slab_lanes - 1) / slab_lanes;
   Index n = n_clusters_;
   do {
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
@@ -201,11 +219,13 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
 
 void ClusterTree::form(const Points& x) {
   ++version_;
-  const Index n = static_cast<Index>(triangles_.rows());
+  const Eigen::Map<const Triangles> triangles = this->triangles();
+  const Eigen::Map<const Edges> edges = tree_edges();
+  const Index n = n_triangles_;
   Points centres(n, 3);
   for (Index t = 0; t < n; ++t)
     centres.row(t) =
-        (x.row(triangles_(t, 0)) + x.row(triangles_(t, 1)) + x.row(triangles_(t, 2))) / 3.0;
+        (x.row(triangles(t, 0)) + x.row(triangles(t, 1)) + x.row(triangles(t, 2))) / 3.0;
   std::vector<Index> order(n), cluster_of_face(n);
   for (Index t = 0; t < n; ++t) order[t] = t;
   order_by_halves(centres, order.data(), n);
@@ -213,20 +233,20 @@ void ClusterTree::form(const Points& x) {
 
   // Assigns each edge, and each vertex that is not foreign, to one of the clusters that contain its
   // faces: the one with the fewest edges (or vertices) so far, which leaves few lanes empty.
-  const Index first = n > 0 ? triangles_.minCoeff() : 0,
-              n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
+  const Index first = n > 0 ? triangles.minCoeff() : 0,
+              n_vertices = n > 0 ? triangles.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),
       faces_of(3 * static_cast<std::size_t>(n));  // faces of all vertices, sorted by vertex
-  for (Index i = 0; i < triangles_.size(); ++i) ++start[triangles_.data()[i] - first + 2];
+  for (Index i = 0; i < triangles.size(); ++i) ++start[triangles.data()[i] - first + 2];
   for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
-  for (Index i = 0; i < triangles_.size(); ++i)
-    faces_of[start[triangles_.data()[i] - first + 1]++] = i / 3;
+  for (Index i = 0; i < triangles.size(); ++i)
+    faces_of[start[triangles.data()[i] - first + 1]++] = i / 3;
   std::vector<Index> owned;
   const auto give = [&](Index vertex, Index other_vertex) {
     Index cluster = -1;
     for (Index i = start[vertex - first]; i < start[vertex - first + 1]; ++i) {
       const Index t = faces_of[i];
-      if (other_vertex >= 0 && (triangles_.row(t).array() != other_vertex).all()) continue;
+      if (other_vertex >= 0 && (triangles.row(t).array() != other_vertex).all()) continue;
       const Index c = cluster_of_face[t];
       if (cluster < 0 || owned[c] < owned[cluster]) cluster = c;
     }
@@ -242,16 +262,16 @@ void ClusterTree::form(const Points& x) {
     cluster_of_vertex.push_back(give(first + i, -1));
   }
   owned.assign(n_clusters_, 0);
-  for (Index e = 0; e < edges_.rows(); ++e)
-    cluster_of_edge.push_back(give(edges_(e, 0), edges_(e, 1)));
+  for (Index e = 0; e < edges.rows(); ++e)
+    cluster_of_edge.push_back(give(edges(e, 0), edges(e, 1)));
 
-  assign(faces_, cluster_of_face, 3, triangles_.data());
-  assign(edge_features_, cluster_of_edge, 2, edges_.data());
+  assign(faces_, cluster_of_face, 3, triangles.data());
+  assign(edge_features_, cluster_of_edge, 2, edges.data());
   assign(vertices_, cluster_of_vertex, 1, vertices.data());
   for (Index& id : faces_.id)
     if (id >= 0) id += first_triangle_;
   for (Index& id : edge_features_.id)
-    if (id >= 0) id = edge_ids_[id];
+    if (id >= 0) id = model_ ? first_edge_ + id : edge_ids_[id];
   vertices_.id = std::vector<Index>();
 }
 
@@ -380,7 +400,7 @@ std::size_t ClusterTree::bytes() const {
     n += bytes_of(f->slabs, f->first_slab, f->id, f->group, f->corners);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
   n += cluster_boxes_.capacity() * sizeof(PackedSlabs);
-  return n + bytes_of(triangles_, edges_, edge_ids_, foreign_);
+  return n + bytes_of(own_triangles_, own_edges_, edge_ids_, foreign_);
 }
 
 }  // namespace loomstone

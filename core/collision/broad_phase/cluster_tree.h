@@ -8,6 +8,7 @@
 
 #include "core/base/bytes.h"
 #include "core/collision/broad_phase/slabs.h"
+#include "core/collision/model/collision_model.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -27,11 +28,14 @@ class ClusterTree {
     std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids; -1 in empty lanes
   };
 
-  // Takes the triangles and edges of one surface or of a part of it, with vertex ids of the whole
+  // The tree of a whole surface. It reads the triangles and edges of the model, which must stay
+  // alive.
+  ClusterTree(const CollisionModel& model, Index surface);
+  // The tree of a part of a surface. Takes its triangles and edges with vertex ids of the whole
   // model. Triangle t has the id first_triangle + t; edge e has the id edge_ids[e]. The tree does
   // not contain the vertices in `foreign`, which belong to the tree of another part of the surface.
   ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids,
-              std::vector<Index> foreign = {});
+              std::vector<Index> foreign);
 
   // Recomputes all boxes of the tree. `vertices` contains the vertex boxes of all surfaces. They
   // include `inflation` [m] and must stay alive until the next refit of features. Forms clusters at
@@ -96,9 +100,22 @@ class ClusterTree {
   // Recomputes the boxes of all features, clusters and nodes. Returns those of the clusters.
   std::vector<PackedSlabs> refit_all(const Team& team, const std::vector<PackedSlabs>& vertices);
 
-  Triangles triangles_;
-  Index first_triangle_;
-  Edges edges_;
+  void add_levels();
+  // The triangles and edges of the tree, with vertex ids of the whole model.
+  Eigen::Map<const Triangles> triangles() const {
+    const Index* const own = own_triangles_.data();
+    return {model_ ? model_->triangles.data() + 3 * first_triangle_ : own, n_triangles_, 3};
+  }
+  Eigen::Map<const Edges> tree_edges() const {
+    return {model_ ? model_->edges.data() + 2 * first_edge_ : own_edges_.data(), n_edges_, 2};
+  }
+
+  // Model of which the tree contains a whole surface; null: it contains a part of a surface.
+  const CollisionModel* model_ = nullptr;
+  Index first_triangle_, n_triangles_, first_edge_ = 0, n_edges_ = 0;
+  // Of a part of a surface; empty for a whole surface.
+  Triangles own_triangles_;
+  Edges own_edges_;
   std::vector<Index> edge_ids_;
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;

@@ -190,8 +190,10 @@ void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;
   old.swap(lists_);
-  lists_.reserve(old.size() + old.size() / 8);
-  std::size_t next = 0;
+  std::size_t n = 0, next = 0;
+  for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i)
+    n += listed(i) ? found[i].size() : 0;
+  lists_.reserve(n);
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
     if (!listed(i)) continue;
     const SurfacePair& pair = pairs_[i];

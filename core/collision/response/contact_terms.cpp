@@ -22,7 +22,8 @@ Mat3 tangent_projector(const Vec3& normal) {
 
 // Returns the difference of a field between the two contact points: the sum of w_i f_i over the
 // four vertices.
-Vec3 weighted(const Contact& contact, const Points& field) {
+template <class Field>
+Vec3 weighted(const Contact& contact, const Field& field) {
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < 4; ++i)
     sum += contact.weights[i] * field.row(contact.vertices[i]).transpose();

@@ -1,21 +1,43 @@
 // State at the start of a step, as input to contact terms and to corrections of the motion.
 #pragma once
 
+#include <functional>
+#include <utility>
+
 #include "core/base/types.h"
 #include "core/collision/tangle/tangle.h"
 #include "core/parallel/shared_work.h"
 
 namespace loomstone {
 
+// Velocities of collision vertices [m/s]. They are computed where they are read, because only the
+// vertices of contacts need them.
+class VertexVelocities {
+ public:
+  using Of = std::function<Eigen::RowVector3d(Index vertex)>;
+  VertexVelocities(Of of) : of_(std::move(of)) {}
+  VertexVelocities(const Points& table)  // (n x 3), not copied
+      : of_([&table](Index vertex) -> Eigen::RowVector3d { return table.row(vertex); }) {}
+  Eigen::RowVector3d row(Index vertex) const { return of_(vertex); }
+  Points all(Index n) const {  // (n x 3)
+    Points table(n, 3);
+    for (Index vertex = 0; vertex < n; ++vertex) table.row(vertex) = of_(vertex);
+    return table;
+  }
+
+ private:
+  Of of_;
+};
+
 // Inputs for terms of the implicit solve, with n collision vertices and b bodies.
 struct ContactInputs {
-  const Points& x0;           // (n x 3) [m]
-  const Points& v0;           // (n x 3) velocities [m/s]; those of obstacles enter ExtraTerm::drift
-  const Points& last_change;  // (n x 3) last velocity change, scaled to `step`; 0 if unknown [m/s]
-  const Points& body_centres;  // (b x 3) centres of mass [m]
-  double step;                 // h [s]
-  Index n_cloth;               // number of cloth vertices; rows of bodies follow
-  const Vector& inverse_mass;  // (n) inverse masses of free cloth vertices, else 0 [1/kg]
+  const Points& x0;                     // (n x 3) [m]
+  const VertexVelocities& v0;           // those of obstacles enter ExtraTerm::drift
+  const VertexVelocities& last_change;  // last velocity change, scaled to `step`; 0 if unknown
+  const Points& body_centres;           // (b x 3) centres of mass [m]
+  double step;                          // h [s]
+  Index n_cloth;                        // number of cloth vertices; rows of bodies follow
+  const Vector& inverse_mass;           // (n) inverse masses of free cloth vertices, else 0 [1/kg]
   // (n_cloth x 3) elastic and external forces on cloth at the start [N]; 0 rows if they are not
   // known
   const Points& forces;

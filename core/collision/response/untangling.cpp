@@ -30,8 +30,10 @@ double way_in_step(const Piercing& piercing, const RetractedMotion& motion, doub
 
 void untangling_terms(const CollisionModel& model, const Tangle& tangle,
                       const ContactInputs& inputs, ExtraTerms& terms) {
+  if (tangle.empty()) return;
+  const Points v0 = inputs.v0.all(static_cast<Index>(inputs.x0.rows()));
   const RetractedMotion motion =
-      retracted_motion(model, tangle, inputs.inverse_mass, inputs.x0, inputs.v0, inputs.step);
+      retracted_motion(model, tangle, inputs.inverse_mass, inputs.x0, v0, inputs.step);
   for (const Piercing& p : tangle.piercings) {
     if (p.way_out.isZero(0.0)) continue;
     ExtraTerm term;

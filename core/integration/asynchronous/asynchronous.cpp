@@ -47,7 +47,7 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
                                                   const StepInputs& inputs, ClothState& state,
                                                   Points& body_velocity) {
   if (model_.triangles.rows() == 0) return {};
-  load_ = *inputs.force;
+  load_ = inputs.force->whole(model_.n_vertices);
   collisions_ = inputs.collisions;
   gather_cloth_rows(layout, load_, wide_);
   inverse_mass_.resize(model_.n_vertices);

@@ -13,7 +13,7 @@ namespace {
 constexpr double present_ratio = 4.0 / 3.0;
 
 LimitedCloth limited_cloth(const ClothModel& model) {
-  return {model.n_vertices,      model.triangles, model.corners,   model.strain_limits,
+  return {model.n_vertices,      model.triangles, model.corners.all(), model.strain_limits,
           model.strain_limit_of, model.mass,      model.prescribed};
 }
 
@@ -59,7 +59,7 @@ bool LimitImpulses::limit_edges(Index triangle, double longest, Corners& x) cons
                  wb = model_.prescribed[b] ? 0.0 : 1.0 / model_.mass[b];
     Eigen::Map<Vec3> xa(x + 3 * static_cast<std::size_t>(k)),
         xb(x + 3 * static_cast<std::size_t>(next));
-    const Corners2& rest = model_.corners[triangle];
+    const Corners2& rest = elements_.rest_corners(triangle);
     const Vec3 d = xb - xa;
     const double length = d.norm(),
                  excess = length - (1.0 + longest) * (rest.row(next) - rest.row(k)).norm();

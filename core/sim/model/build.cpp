@@ -29,12 +29,16 @@ std::string place(const Model& model, Index triangle) {
   return formatted("{} triangle {}", surface.name, local);
 }
 
+// Returns the cloth of a vertex, which is given by its index over all cloths in the user's order.
+Index cloth_of_vertex(const Model& model, std::size_t user) {
+  const std::vector<Index>& first = model.cloth.first_vertex;
+  const auto next = std::upper_bound(first.begin(), first.end(), static_cast<Index>(user));
+  return static_cast<Index>(next - first.begin()) - 1;
+}
+
 // Converts a vertex index over all cloths to the index within its cloth.
 Index vertex_in_cloth(const Model& model, std::size_t user) {
-  Index first = 0;
-  for (Index i = 0; i < model.topology.cloth_of_vertex[user]; ++i)
-    first += model.scene.cloths[i].mesh->n_vertices();
-  return static_cast<Index>(user) - first;
+  return static_cast<Index>(user) - model.cloth.first_vertex[cloth_of_vertex(model, user)];
 }
 
 void check_intersections(const Model& model, const Points& vertices) {
@@ -68,7 +72,7 @@ void check_inside(const Model& model, const Points& vertices) {
       const Vec3 p = vertices.row(model.row_of_vertex[user]);
       if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || !query.inside(p))
         continue;
-      const Index c = model.topology.cloth_of_vertex[user];
+      const Index c = cloth_of_vertex(model, user);
       std::ostringstream out;
       out << "cloth must start outside of closed surfaces: vertex " << vertex_in_cloth(model, user)
           << " of " << model.topology.cloth_names[c] << " at (" << p.transpose()
@@ -86,7 +90,7 @@ void check_scripts(const Model& model, const State& state) {
   std::vector<double> edges;
   for (const Cloth& cloth : model.scene.cloths) edges.push_back(cloth.mesh->mean_edge());
   for (std::size_t user = 0; user < model.row_of_vertex.size(); ++user) {
-    const Index row = model.row_of_vertex[user], c = model.topology.cloth_of_vertex[user];
+    const Index row = model.row_of_vertex[user], c = cloth_of_vertex(model, user);
     const double away = (start.row(row) - state.cloth.x.row(row)).norm(), edge = edges[c];
     if (away <= edge) continue;
     std::ostringstream out;

@@ -272,8 +272,11 @@ void build_collision(const Scene& scene, Model& model) {
   collision.gap_floor = gap_floor_of_thickness * least_thickness(collision);
   const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
   collision.edges = table.edges;
+  collision.surface_of_edge.resize(collision.edges.rows());
   for (Index e = 0; e < collision.edges.rows(); ++e)
-    collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
+    collision.surface_of_edge[e] = collision.surface_of_vertex[collision.edges(e, 0)];
+  collision.surface_of_vertex.shrink_to_fit();
+  collision.surface_of_triangle.shrink_to_fit();
   number_rows(model);
   // The factor 3 is our choice. With stiffer contacts, the solver needs more iterations. With
   // softer ones, surfaces come closer.

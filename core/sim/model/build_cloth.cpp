@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <numeric>
+#include <utility>
 
 #include "core/base/message.h"
 #include "core/parallel/vertex_order.h"
@@ -14,7 +17,6 @@ namespace {
 struct Joined {
   Points x, v;
   Triangles triangles;
-  std::vector<Corners2> corners;
   std::vector<Index> cloth_of_triangle, first_vertex;
 };
 
@@ -36,9 +38,6 @@ Joined join(const Scene& scene) {
     if (cloth.velocities.rows() > 0) all.v.middleRows(first, k) = cloth.velocities;
     all.triangles.middleRows(triangle, cloth.mesh->n_triangles()) =
         cloth.mesh->triangles().array() + first;
-    const auto corners = rest_corners(*cloth.mesh, cloth.rest == RestLengths::Uv,
-                                      item("cloths", c, cloth.name) + ".mesh");
-    all.corners.insert(all.corners.end(), corners.begin(), corners.end());
     all.cloth_of_triangle.insert(all.cloth_of_triangle.end(), cloth.mesh->n_triangles(),
                                  static_cast<Index>(c));
     triangle += cloth.mesh->n_triangles();
@@ -87,21 +86,54 @@ void order_triangles(const Joined& all, Model& model) {
     return renamed.row(a).minCoeff() < renamed.row(b).minCoeff();
   });
   model.cloth.triangles.resize(m, 3);
-  model.cloth.corners.resize(m);
-  for (Index t = 0; t < m; ++t) {
-    model.cloth.triangles.row(t) = renamed.row(model.triangle_of[t]);
-    model.cloth.corners[t] = all.corners[model.triangle_of[t]];
-  }
+  for (Index t = 0; t < m; ++t) model.cloth.triangles.row(t) = renamed.row(model.triangle_of[t]);
 }
 
-void set_materials(const Scene& scene, const Joined& all, const Points& x, Model& model) {
+// Returns the rest corners of a cloth of the scene.
+RestCorners rest_corners_of(const Scene& scene, std::size_t c) {
+  const Cloth& cloth = scene.cloths[c];
+  return {*cloth.mesh, cloth.rest == RestLengths::Uv, item("cloths", c, cloth.name) + ".mesh"};
+}
+
+// Returns the rest shapes of all triangles, in row order, which are computed from the meshes.
+RestShapes rest_shapes(const Scene& scene, const Model& model) {
+  std::vector<RestCorners> corners;
+  std::vector<std::shared_ptr<const TriangleMesh>> meshes;  // keeps them alive
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    corners.push_back(rest_corners_of(scene, c));
+    meshes.push_back(scene.cloths[c].mesh);
+  }
+  const std::vector<Index>& first = model.cloth.first_triangle;
+  const auto of = [corners, meshes, first, triangle_of = model.triangle_of](Index t) {
+    const auto next = std::upper_bound(first.begin(), first.end(), t);
+    const std::size_t cloth = static_cast<std::size_t>(next - first.begin()) - 1;
+    return corners[cloth][triangle_of[t] - first[cloth]];
+  };
+  return {static_cast<Index>(model.triangle_of.size()), of, bytes_of(model.triangle_of)};
+}
+
+// Returns the start positions of all cloth rows, which are computed from the meshes.
+RestPositions rest_positions(const Scene& scene, const Model& model) {
+  std::vector<std::shared_ptr<const TriangleMesh>> meshes;
+  for (const Cloth& cloth : scene.cloths) meshes.push_back(cloth.mesh);
+  const auto positions = [meshes, row_of_vertex = model.row_of_vertex] {
+    Points x(row_of_vertex.size(), 3);
+    auto row = row_of_vertex.begin();
+    for (const auto& mesh : meshes)
+      for (Index vertex = 0; vertex < mesh->n_vertices(); ++vertex, ++row)
+        x.row(*row) = mesh->vertices().row(vertex);
+    return x;
+  };
+  return {positions, bytes_of(model.row_of_vertex)};
+}
+
+void set_materials(const Scene& scene, const Joined& all, Model& model) {
   const Index m = static_cast<Index>(model.triangle_of.size());
   ClothModel& cloth = model.cloth;
   std::vector<double> density(m);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     cloth.constants.push_back(membrane_constants(
         scene.cloths[c].material, item("cloths", c, scene.cloths[c].name) + ".material"));
-  cloth.strain_limit_of.assign(m, -1);
   std::vector<Index> limit_of_cloth(scene.cloths.size(), -1);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     if (scene.cloths[c].strain_limit) {
@@ -109,12 +141,13 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
       cloth.strain_limits.push_back(*scene.cloths[c].strain_limit);
     }
   cloth.limited_by_edges = scene.limits.method == LimitMethod::Edges;
+  if (!cloth.strain_limits.empty()) cloth.strain_limit_of.resize(m);
   for (Index t = 0; t < m; ++t) {
     const Index c = all.cloth_of_triangle[model.triangle_of[t]];
     density[t] = scene.cloths[c].material.density;
-    cloth.strain_limit_of[t] = limit_of_cloth[c];
+    if (!cloth.strain_limits.empty()) cloth.strain_limit_of[t] = limit_of_cloth[c];
   }
-  cloth.mass = lumped_mass(cloth.n_vertices, cloth.triangles, cloth.corners, density);
+  cloth.mass = lumped_mass(cloth.n_vertices, cloth.triangles, cloth.corners.all(), density);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     const Cloth& description = scene.cloths[c];
     const Mat3 d =
@@ -127,7 +160,7 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
     part.damping = description.material.bending_damping;
     part.flat_rest = description.rest_angles == RestAngles::Flat;
     cloth.bending.push_back(part);
-    cloth.rest_positions = x;
+    cloth.rest_positions = rest_positions(scene, model);
   }
 }
 
@@ -145,6 +178,7 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
   }
   order_vertices(scene, all, model);
   order_triangles(all, model);
+  cloth.corners = rest_shapes(scene, model);
   state.cloth.x.resize(n, 3);
   state.cloth.v.resize(n, 3);
   for (Index vertex = 0; vertex < n; ++vertex) {
@@ -166,28 +200,36 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
     script.positions = description.script_positions;
     model.scripts.push_back(std::move(script));
   }
-  cloth.triangles_of_vertex = triangles_of_vertices(n, cloth.triangles);
-  set_materials(scene, all, state.cloth.x, model);
-  state.external_force = Points::Zero(n, 3);
+  if (scene.air.drags()) cloth.triangles_of_vertex = triangles_of_vertices(n, cloth.triangles);
+  set_materials(scene, all, model);
   state.pin_override.assign(n, 0);
-  state.pin_target = Points::Zero(n, 3);
 
   FrameTopology& topology = model.topology;
-  topology.triangles = all.triangles;
-  topology.corner_uv.resize(3 * all.triangles.rows(), 2);
-  topology.cloth_of_triangle = all.cloth_of_triangle;
-  for (Index t = 0; t < all.triangles.rows(); ++t)
-    topology.corner_uv.middleRows(3 * t, 3) = all.corners[t];
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     topology.cloth_names.push_back(
         name_of(scene, "cloth", c, scene.cloths.size(), scene.cloths[c].name));
-    topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(),
-                                    scene.cloths[c].mesh->n_vertices(), static_cast<Index>(c));
-  }
   if (std::any_of(scene.cloths.begin(), scene.cloths.end(),
                   [](const Cloth& cloth) { return cloth.look.has_value(); }))
     for (const Cloth& cloth : scene.cloths)
       topology.cloth_looks.push_back(cloth.look.value_or(Look{}));
+}
+
+FrameTopology frame_topology(const Model& model) {
+  Joined all = join(model.scene);
+  FrameTopology topology = model.topology;
+  topology.triangles = std::move(all.triangles);
+  topology.corner_uv.resize(3 * topology.triangles.rows(), 2);
+  topology.cloth_of_triangle = std::move(all.cloth_of_triangle);
+  Index row = 0;
+  for (std::size_t c = 0; c < model.scene.cloths.size(); ++c) {
+    const RestCorners corners = rest_corners_of(model.scene, c);
+    for (Index t = 0; t < model.scene.cloths[c].mesh->n_triangles(); ++t, row += 3)
+      topology.corner_uv.middleRows(row, 3) = corners[t];
+    topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(),
+                                    model.scene.cloths[c].mesh->n_vertices(),
+                                    static_cast<Index>(c));
+  }
+  return topology;
 }
 
 }  // namespace loomstone

@@ -37,7 +37,7 @@ struct Model {
   Scene scene;
   ClothModel cloth;
   CollisionModel collision;
-  FrameTopology topology;            // in the user's order
+  FrameTopology topology;            // without the tables of cloth; see frame_topology()
   std::vector<Index> row_of_vertex;  // row of each cloth vertex in the user's order
   std::vector<Index> triangle_of;    // user's index of each internal triangle
   std::vector<PinScript> scripts;
@@ -67,6 +67,10 @@ struct Model {
 };
 
 struct State;
+
+// Returns the topology of frames, in the user's order. Its tables of cloth are made from the scene,
+// so that only processes that ask for them store them.
+FrameTopology frame_topology(const Model& model);
 
 // Checks the scene and builds the model and the start state. Throws InvalidInput or Unsupported.
 void build(const Scene& scene, Model& model, State& state);

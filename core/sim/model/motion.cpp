@@ -133,7 +133,7 @@ void body_vertices(const Model& model, const RigidState& rigid, int body,
   place_points(body_pose(rigid, body), model.bodies[body].local, vertices);
 }
 
-void collision_vertices(const Model& model, const State& state, Points& vertices) {
+void collision_vertices(const Model& model, const SteppedState& state, Points& vertices) {
   vertices.resize(model.collision.n_vertices, 3);
   vertices.topRows(model.cloth.n_vertices) = state.cloth.x;
   for (std::size_t b = 0; b < model.bodies.size(); ++b)

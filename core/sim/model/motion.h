@@ -38,6 +38,6 @@ void body_vertices(const Model& model, const RigidState& rigid, int body,
 
 // Computes the world positions of all collision vertices of a state. Cloth rows come first, then
 // bodies, then obstacles.
-void collision_vertices(const Model& model, const State& state, Points& vertices);
+void collision_vertices(const Model& model, const SteppedState& state, Points& vertices);
 
 }  // namespace loomstone

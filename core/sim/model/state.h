@@ -30,9 +30,8 @@ struct EnergyAccount {
   double largest_kinetic = 0.0;
 };
 
-// A State is assigned by copying into its arrays, never by moving, because numpy views share their
-// memory.
-struct State {
+// The part of the state that steps change. A failed step or part of a step returns to it.
+struct SteppedState {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
   ClothState cloth;        // written by the integrator and by later stages
@@ -44,25 +43,37 @@ struct State {
   // unresolved impacts. Written by build(), when the user sets positions, and at the end of a step.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
-  Points external_force;     // (n x 3) forces [N], set by the user
-  // (b x 3) forces at the centres of mass [N] and torques about them [N m], set by the user
+
+  std::size_t bytes() const {
+    return bytes_of(cloth, contacts.anchors, obstacle_vertices, rigid.manifolds);
+  }
+};
+
+// A State is assigned by copying into its arrays, never by moving, because numpy views share their
+// memory. Its own members are set by the user and are constant during a step.
+struct State : SteppedState {
+  Points external_force;  // (n x 3) forces [N]; no rows: zero
+  // (b x 3) forces at the centres of mass [N] and torques about them [N m]
   Points body_force, body_torque;
-  // Time at which the motion to targets and poses set by the user is complete [s]. Until then, the
+  // Time at which the motion to the targets and poses below is complete [s]. Until then, the
   // motion is linear in time. With steps of given length, it is complete at the end of the next
   // step.
   double target_time = 0.0;
-  // (n) 1: the user has set a target, which replaces the script
-  std::vector<std::uint8_t> pin_override;
-  Points pin_target;  // (n x 3) positions [m], set by the user
-  // Poses that the user has set, one per obstacle. Where pose_override is 1, they replace the
+  std::vector<std::uint8_t> pin_override;  // (n) 1: a target is set, which replaces the script
+  Points pin_target;                       // (n x 3) positions [m]; no rows: zero
+  // One pose per obstacle. Where pose_override is 1, they replace the
   // keyframes. Positions are in [m], and orientations are quaternions (w, x, y, z).
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;
 
   std::size_t bytes() const {
-    return bytes_of(cloth, contacts.anchors, obstacle_vertices, external_force, pin_override,
-                    pin_target, rigid.manifolds);
+    return SteppedState::bytes() + bytes_of(external_force, pin_override, pin_target);
+  }
+  // Makes a table of cloth rows, `external_force` or `pin_target`, that has no rows yet.
+  Points& made(Points& table) {
+    if (table.rows() == 0) table = Points::Zero(cloth.x.rows(), 3);
+    return table;
   }
 };
 

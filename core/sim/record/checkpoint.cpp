@@ -1,4 +1,7 @@
 // Conversion of State to and from a checkpoint, table by table.
+#include <algorithm>
+#include <cmath>
+
 #include "core/base/message.h"
 #include "core/sim/record/capture.h"
 
@@ -58,6 +61,18 @@ std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
   return found->second;
 }
 
+// Returns whether some entry is not +0.
+bool has_values(const Points& table) {
+  return std::any_of(table.data(), table.data() + table.size(),
+                     [](double value) { return value != 0.0 || std::signbit(value); });
+}
+
+// Writes a table of cloth rows, which is zero if it has no rows.
+void put_rows(Checkpoint& c, const std::string& name, const Points& table, const State& state) {
+  const Index n = state.cloth.x.rows();
+  put(c, name, table.rows() == n ? table : Points(Points::Zero(n, 3)));
+}
+
 Vector vector_of(std::initializer_list<double> values) {
   return Eigen::Map<const Vector>(values.begin(), static_cast<Index>(values.size()));
 }
@@ -85,6 +100,17 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   if (c.arrays.count("cloth.element_clocks")) get(c, "cloth.element_clocks", cloth.element_clocks);
   if (c.arrays.count("cloth.element_positions"))
     get(c, "cloth.element_positions", cloth.element_positions);
+}
+
+// Reads the tables of cloth rows that users write into `s`. A table that is zero stays without rows
+// if that of `state`, to which `s` will be copied, has none.
+void get_user_rows(const Checkpoint& c, State& s, State& state) {
+  get(c, "external_force", s.external_force, state.cloth.x);
+  get(c, "pin_target", s.pin_target, state.cloth.x);
+  for (Points State::* const table : {&State::external_force, &State::pin_target}) {
+    if (has_values(s.*table)) state.made(state.*table);
+    if ((state.*table).rows() == 0) (s.*table).resize(0, 3);
+  }
 }
 
 }  // namespace
@@ -136,10 +162,10 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "contacts.slip", slip);
   put(c, "contacts.normal_force", force);
   put(c, "obstacle_vertices", state.obstacle_vertices);
-  put(c, "external_force", state.external_force);
+  put_rows(c, "external_force", state.external_force, state);
   if (!state.body_force.isZero(0.0)) put(c, "body_force", state.body_force);
   if (!state.body_torque.isZero(0.0)) put(c, "body_torque", state.body_torque);
-  put(c, "pin_target", state.pin_target);
+  put_rows(c, "pin_target", state.pin_target, state);
   c.bytes["pin_override"] = state.pin_override;
   put(c, "pose_position", state.pose_position);
   put(c, "pose_orientation", state.pose_orientation);
@@ -192,10 +218,8 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
                              static_cast<Index>(ids[3 * i + 1]), static_cast<Index>(ids[3 * i + 2]),
                              slip.row(i).transpose(), force[i]};
   get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
-  get(c, "external_force", s.external_force, state.external_force);
   get_unless_zero(c, "body_force", s.body_force);
   get_unless_zero(c, "body_torque", s.body_torque);
-  get(c, "pin_target", s.pin_target, state.pin_target);
   s.pin_override = flags(c, "pin_override");
   get(c, "pose_position", s.pose_position, state.pose_position);
   get(c, "pose_orientation", s.pose_orientation, state.pose_orientation);
@@ -206,6 +230,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
       contact.size() != static_cast<std::size_t>(model.cloth.n_vertices))
     throw CacheError("the checkpoint's flags do not fit its tables; it is damaged");
   outcome.contact = std::move(contact);
+  get_user_rows(c, s, state);
   state = s;  // copied, not moved, so that numpy views remain valid
 }
 

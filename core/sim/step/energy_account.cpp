@@ -41,6 +41,7 @@ double lost_after_solve(const Solved& solved, const Engines& engines, const Stat
   measure_bodies(engines.model, state.rigid, bodies);
   double lost = solved.body_energy - bodies.body_kinetic - bodies.body_gravity;
   const ClothState& cloth = state.cloth;
+  if (solved.x.rows() == 0) return lost;
   if (!same_bits(solved.v, cloth.v))
     lost += kinetic_energy(engines, solved.v) - kinetic_energy(engines, cloth.v);
   if (!same_bits(solved.x, cloth.x))

@@ -16,7 +16,7 @@ std::unique_ptr<RigidWorld> make_world(const Model& model, const State& state, d
 }
 
 LimitedCloth limited_cloth(const ClothModel& cloth) {
-  return {cloth.n_vertices,      cloth.triangles, cloth.corners,   cloth.strain_limits,
+  return {cloth.n_vertices,      cloth.triangles, cloth.corners.all(), cloth.strain_limits,
           cloth.strain_limit_of, cloth.mass,      cloth.prescribed};
 }
 
@@ -54,7 +54,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
                                               &layout.communicator());
   if (const ImplicitOptions* implicit = options.implicit()) accuracy = implicit->accuracy;
   if (accuracy && model.cloth.n_vertices > 0)
-    error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(),
+    error = std::make_unique<DisplacementError>(model.cloth, *elasticity,
                                                 model.scene.gravity.norm(), layout);
   contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
   if (collision && contacts_in_solve && !layout.single() && !integrator->needs_all_terms())

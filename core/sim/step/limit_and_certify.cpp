@@ -1,7 +1,6 @@
 #include "core/sim/step/limit_and_certify.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/sim/model/motion.h"
 #include "core/sim/step/energies.h"
@@ -36,19 +35,18 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
 }
 
 // Moves the cloth to x1 and adds the displacement, divided by the length of the part, to its
-// velocities. Returns true if any vertex moved.
-bool move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
-  const std::size_t size = sizeof(double) * static_cast<std::size_t>(cloth.x.size());
-  if (std::memcmp(x1.data(), cloth.x.data(), size) == 0) return false;  // the usual case
-  bool any = false;
+// velocities. Notes in `certified` whether any vertex moved.
+void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth,
+                Certified& certified) {
+  if (x1.topRows(cloth.x.rows()) == cloth.x) return;  // the usual case
+  certified.moved = true;
+  certified.solved_x = cloth.x, certified.solved_v = cloth.v;
   for (Index i = 0; i < cloth.x.rows(); ++i) {
     if (x1.row(i) == cloth.x.row(i)) continue;
-    any = true;
     cloth.v.row(i) += (x1.row(i) - cloth.x.row(i)) / part.h;
     cloth.x.row(i) = x1.row(i);
   }
-  if (any) cloth.restart_multistep();
-  return any;
+  cloth.restart_multistep();
 }
 
 // Sets the certified poses of the bodies, and adds the corrections, divided by the length of the
@@ -148,7 +146,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   const ConstrainReport done = constrain(inputs, x1, bodies);
   Certified certified;
   certified.limited = done.limited;
-  certified.moved = move_cloth(part, x1, state.cloth);
+  move_cloth(part, x1, state.cloth, certified);
   move_bodies_with(part, bodies, state.rigid);
   for (const Index i : done.touched) outcome.contact[i] = 1;
   if (engines.collision && engines.contacts_in_solve) {

@@ -215,9 +215,9 @@ class Constraining {
       // pairs (vertex, fraction of its displacement that it keeps)
       std::vector<std::pair<Index, double>> shares;
       for (const Index t : beyond_) {
-        const Vec3 strain0 =
-            corotational_strain(in_.cloth->triangles, in_.cloth->corners, *in_.x0, t);
-        const Vec3 strain1 = corotational_strain(in_.cloth->triangles, in_.cloth->corners, x1_, t);
+        const Corners2 rest = in_.cloth->corners[t];
+        const Vec3 strain0 = corotational_strain(in_.cloth->triangles, rest, *in_.x0, t);
+        const Vec3 strain1 = corotational_strain(in_.cloth->triangles, rest, x1_, t);
         double share = 1.0;
         for (int k = 0; k < 3; ++k) {
           const Mode before = mode(strain0, t, k), now = mode(strain1, t, k);

@@ -55,11 +55,15 @@ void add_body_impulses(const Loads& loads, Points& velocity) {
 }
 
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
-                       Points& force) {
+                       RowsOut force) {
   const Model& model = engines.model;
-  force = state.external_force;
+  const Points& given = state.external_force;
   parallel_for(engines.team, rows.end - rows.begin, [&](Index i) {
     const Index row = rows.begin + i;
+    if (given.rows() > 0)
+      force.row(row) = given.row(row);
+    else
+      force.row(row).setZero();
     force.row(row) += model.cloth.mass[row] * model.scene.gravity.transpose();
   });
   const DraggedSurface surface{time, model.cloth.triangles, model.cloth.triangles_of_vertex,
@@ -70,11 +74,15 @@ void find_cloth_forces(double time, const State& state, const Engines& engines, 
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads) {
   const Model& model = engines.model;
   if (model.cloth.n_vertices > 0) collision_vertices(model, state, loads.x0);
-  loads.v0 = state.cloth.v;
-  pin_targets(model, state, part.t1, part.share, loads.target);
+  const std::vector<std::uint8_t>& pinned = model.cloth.prescribed;
+  if (std::find(pinned.begin(), pinned.end(), 1) != pinned.end()) {
+    loads.v0 = state.cloth.v;
+    pin_targets(model, state, part.t1, part.share, loads.target);
+  }
   obstacle_vertices(model, state, part.t1, part.share, loads.next_obstacles);
   const Index n = model.cloth.n_vertices;
   const Rows own{std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)};
+  loads.force.resize(own.begin, own.end);
   find_cloth_forces(part.t0, state, engines, own, loads.force);
   predict_bodies(part, state, engines, loads);
 }

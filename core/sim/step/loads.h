@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/base/own_rows.h"
 #include "core/sim/model/state.h"
 #include "core/sim/step/engines.h"
 #include "core/sim/step/step_context.h"
@@ -11,11 +12,12 @@
 namespace loomstone {
 
 struct Loads {
-  Points x0;              // (vertices x 3) collision vertices at the start [m]; empty without cloth
-  Points v0;              // (n x 3) velocities at the start [m/s]
-  Points target;          // (n x 3) positions at the end, in rows of prescribed vertices [m]
+  Points x0;  // (vertices x 3) collision vertices at the start [m]; empty without cloth
+  // (n x 3) velocities at the start [m/s], and positions at the end [m], in rows of prescribed
+  // vertices; no rows if no vertex is prescribed
+  Points v0, target;
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
-  Points force;  // (n x 3) gravity, drag and user forces at the start, in rows of this rank [N]
+  OwnRows force;  // gravity, drag and user forces at the start, in cloth rows of this rank [N]
   // Tables of 2 b rows have two rows for each of the b bodies: translation and rotation.
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
@@ -26,16 +28,17 @@ struct Loads {
   // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the
   // part [N s, N m s]
   Points body_impulse;
+
+  std::size_t bytes() const { return bytes_of(x0, v0, target, next_obstacles, force); }
 };
 
 struct Rows {
   Index begin, end;  // [begin, end)
 };
 
-// Sets `force` to the gravity, drag and user forces at `time` [s] in the cloth rows `rows`, and to
-// the user forces alone in all other rows [N].
+// Sets `force` to the gravity, drag and user forces at `time` [s] in the cloth rows `rows` [N].
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
-                       Points& force);
+                       RowsOut force);
 
 // Adds to `velocity` (2 b x 3) the changes that loads.body_impulse causes.
 void add_body_impulses(const Loads& loads, Points& velocity);

@@ -10,40 +10,45 @@ namespace loomstone {
 
 namespace {
 
-// Sets near.v0 and near.last_change. Without events and without a tangle, the rows of cloth are
-// needed only at the vertices of contacts.
-void expect_motion(const StepContext& part, const Loads& loads, const State& state,
-                   const Engines& engines, NearContacts& near) {
-  const Model& model = engines.model;
+// Returns the predicted velocities of vertices of bodies and obstacles, which follow the `n`
+// vertices of cloth.
+Points body_vertex_velocities(const StepContext& part, const Loads& loads, const State& state,
+                              const Model& model) {
   const Index n = model.cloth.n_vertices;
-  near.v0.resize(loads.x0.rows(), 3);
-  near.last_change.resize(loads.x0.rows(), 3);
-  const bool has_change = state.cloth.last_change.rows() == model.n_rows();
-  const double scale = state.cloth.change_scale(part.h);
-  const auto expect = [&](Index i) {
-    near.v0.row(i) = state.cloth.v.row(i);
-    if (model.cloth.prescribed[i])
-      near.v0.row(i) = (loads.target.row(i) - loads.x0.row(i)) / part.h;
-    near.last_change.row(i).setZero();
-    if (has_change) near.last_change.row(i) = scale * state.cloth.last_change.row(i);
-  };
-  if (engines.event_contacts || !near.tangle.empty() ||
-      4 * near.contacts.size() > static_cast<std::size_t>(n)) {
-    parallel_for(engines.team, n, expect);
-  } else {
-    for (const Contact& contact : near.contacts)
-      for (const Index vertex : contact.vertices)
-        if (vertex < n) expect(vertex);
-  }
-  near.last_change.bottomRows(loads.x0.rows() - n).setZero();
+  Points velocities(loads.x0.rows() - n, 3);
   for (std::size_t b = 0; b < model.bodies.size(); ++b)
     for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {
       const Index vertex = model.bodies[b].first + i;
       const Vec3 place = loads.x0.row(vertex).transpose();
-      near.v0.row(vertex) = velocity_at(state.rigid, static_cast<Index>(b), place).transpose();
+      velocities.row(vertex - n) =
+          velocity_at(state.rigid, static_cast<Index>(b), place).transpose();
     }
-  near.v0.bottomRows(loads.next_obstacles.rows()) =
+  velocities.bottomRows(loads.next_obstacles.rows()) =
       (loads.next_obstacles - state.obstacle_vertices) / part.h;
+  return velocities;
+}
+
+// Predicted velocities of collision vertices.
+VertexVelocities predicted_velocities(const StepContext& part, const Loads& loads,
+                                      const State& state, const Model& model) {
+  return VertexVelocities([&, of_bodies = body_vertex_velocities(part, loads, state, model)](
+                              Index vertex) -> Eigen::RowVector3d {
+    const Index n = model.cloth.n_vertices;
+    if (vertex >= n) return of_bodies.row(vertex - n);
+    if (!model.cloth.prescribed[vertex]) return state.cloth.v.row(vertex);
+    return (loads.target.row(vertex) - loads.x0.row(vertex)) / part.h;
+  });
+}
+
+// Change of velocity in the last part, scaled to the length of this part. Contact terms assume this
+// change in this part, which reduces the lag of sliding contacts.
+VertexVelocities expected_change(const StepContext& part, const State& state, const Model& model) {
+  const bool has_change = state.cloth.last_change.rows() == model.n_rows();
+  const double scale = state.cloth.change_scale(part.h);
+  return VertexVelocities([=, &state, &model](Index vertex) -> Eigen::RowVector3d {
+    if (!has_change || vertex >= model.cloth.n_vertices) return Eigen::RowVector3d::Zero();
+    return scale * state.cloth.last_change.row(vertex);
+  });
 }
 
 // Adds a stiff two-way spring between each attached vertex and its point on the body.
@@ -88,7 +93,7 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
 Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
   if (!contacts.pressed) return Points(0, 3);
   const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);
-  Points forces = loads.force;
+  Points forces = loads.force.whole(engines.model.cloth.n_vertices);
   add_elastic_forces(x, engines, *engines.elasticity, forces);
   return forces;
 }
@@ -104,6 +109,7 @@ bool any_terms(const NearContacts& near, const Engines& engines) {
 // `elasticity` is divided among ranks.
 void find_pressing_forces(const State& state, double time, const Engines& engines,
                           Elasticity& elasticity, Points& forces) {
+  forces = Points::Zero(state.cloth.x.rows(), 3);
   find_cloth_forces(time, state, engines, cloth_rows(engines, elasticity), forces);
   add_elastic_forces(state.cloth.x, engines, elasticity, forces);
 }
@@ -113,7 +119,10 @@ IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.
 // Finds and registers the pairs whose contacts the integrator handles at events.
 void register_events(const StepContext& part, const Loads& loads, const State& state,
                      Engines& engines, NearContacts& near, StepReport& report) {
-  expect_motion(part, loads, state, engines, near);
+  const VertexVelocities velocities = predicted_velocities(part, loads, state, engines.model);
+  near.v0.resize(loads.x0.rows(), 3);
+  parallel_for(engines.team, static_cast<Index>(near.v0.rows()),
+               [&](Index i) { near.v0.row(i) = velocities.row(i); });
   const ExpectedMotion motion{loads.x0, near.v0, part.h};
   Approach approach = engines.collision->approach(engines.collision_team, motion, near.tangle);
   report.contacts.candidates += approach.candidates;
@@ -136,10 +145,12 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   near.totals = collision.totals();
   if (!engines.contacts_in_solve) near.repelled = near.contacts;
   if (!engines.contacts_in_solve) return;
-  expect_motion(part, loads, state, engines, near);
+  const VertexVelocities v0 = predicted_velocities(part, loads, state, engines.model),
+                         last_change = expected_change(part, state, engines.model);
   const Points forces = pressing_forces(loads, near.totals, engines);
-  ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
-                       part.h,   n,       engines.model.inverse_mass, forces};
+  ContactInputs inputs{
+      loads.x0, v0, last_change, state.rigid.positions, part.h, n, engines.model.inverse_mass,
+      forces};
   near.terms_divided = collision.divided();
   if (near.terms_divided) inputs.rows = owned_rows(engines.layout);
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);

@@ -26,14 +26,9 @@ struct NearContacts {
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   double energy = 0.0;         // of all contacts at the start, known after certification [J]
   Tangle tangle;               // intersections at the start
-  // (vertices x 3) predicted velocities of collision vertices [m/s]. They are set only if the solve
-  // includes contacts or the integrator handles them at events. Those of cloth vertices without
-  // contacts may be unset.
+  // (vertices x 3) predicted velocities of collision vertices [m/s]; set only if the integrator
+  // handles contacts at events
   Points v0;
-  // (vertices x 3) change of velocity in the last part, scaled to the length of this part [m/s]. It
-  // is set in the same cases as v0. Contact terms assume this change in this part, which reduces
-  // the lag of sliding contacts.
-  Points last_change;
   GatherRoom work_room;
 };
 

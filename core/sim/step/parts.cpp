@@ -63,12 +63,12 @@ PartResult attempt(const StepContext& part, const RunPart& run) {
 
 }  // namespace
 
-void save_world(const Engines& engines, State& snapshot) {
+void save_world(const Engines& engines, SteppedState& snapshot) {
   if (engines.world) engines.world->save(snapshot.rigid);
 }
 
-void return_to_state(const State& snapshot, Engines& engines, State& state) {
-  state = snapshot;
+void return_to_state(const SteppedState& snapshot, Engines& engines, State& state) {
+  static_cast<SteppedState&>(state) = snapshot;
   if (engines.world) engines.world->restore(state.rigid);
 }
 
@@ -76,8 +76,8 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
                     const RunPart& run) {
   StepSpan span = next_span(steps, engines, state);
   Bisection bisection(engines.limits_in_solve);
-  State part_start;
-  const State* snapshot = &outcome.start;  // state at the start of the part
+  SteppedState part_start;
+  const SteppedState* snapshot = &outcome.start;  // state at the start of the part
   // Largest length of an automatic step in which contacts created too much energy [s]; 0: none.
   double settled = 0.0;
   while (true) {

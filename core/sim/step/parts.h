@@ -26,8 +26,8 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
                     const RunPart& run);
 
 // Saves the contacts and the obstacle positions of the rigid-body world, if any, to `snapshot`.
-void save_world(const Engines& engines, State& snapshot);
+void save_world(const Engines& engines, SteppedState& snapshot);
 // Sets `state` to `snapshot`, and restores the rigid-body world.
-void return_to_state(const State& snapshot, Engines& engines, State& state);
+void return_to_state(const SteppedState& snapshot, Engines& engines, State& state);
 
 }  // namespace loomstone

@@ -103,7 +103,8 @@ double automatic_step(double largest, const State& state, Engines& engines) {
   return std::clamp(h, largest / StepPart::whole, largest);
 }
 
-void expect_step(double largest, const State& start, double h, Engines& engines, State& state) {
+void expect_step(double largest, const SteppedState& start, double h, Engines& engines,
+                 State& state) {
   if (!engines.error) return;
   double& next = state.cloth.expected_step;  // the length that the error of the last part allows
   if (engines.integrator->damps()) {

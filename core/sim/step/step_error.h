@@ -41,7 +41,8 @@ double automatic_step(double largest, const State& state, Engines& engines);
 
 // After an automatic step of length h [s] from `start`, limits the length of the next one by the
 // damping of implicit Euler and by the allowed growth.
-void expect_step(double largest, const State& start, double h, Engines& engines, State& state);
+void expect_step(double largest, const SteppedState& start, double h, Engines& engines,
+                 State& state);
 
 // Records the error of a part in the report.
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,

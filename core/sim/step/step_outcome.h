@@ -21,7 +21,7 @@ struct PathPoint {
 
 struct StepOutcome {
   StepReport report;
-  State start;  // state at the start of the step; frames within the step interpolate from it
+  SteppedState start;  // state at the start of the step; frames within the step interpolate from it
   std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
   // (n) 1: in contact, 2: in a triangle that is forced to intersect
   std::vector<std::uint8_t> contact;

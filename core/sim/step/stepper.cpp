@@ -89,13 +89,13 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   timed(seconds.bodies, [&] {
     solved_.obstacle_work = move_bodies(part, loads_, bodies, state, engines_, report);
   });
-  solved_.body_velocity = bodies.velocity;
-  note_solved(engines_, state, solved_);
+  note_solved(engines_, state, bodies.velocity, solved_);
   collide(seconds.certify, report,
           [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
+  if (certified.moved) solved_.x.swap(certified.solved_x), solved_.v.swap(certified.solved_v);
   timed(seconds.limit, [&] {
     after.limited =
-        certified.limited + limit_strain_rate(part, certified, state, engines_, outcome);
+        certified.limited + limit_strain_rate(part, certified, solved_, state, engines_, outcome);
   });
   timed(seconds.check, [&] {
     if (certified.moved) error = error_of_motion(part, loads_, state, engines_);
@@ -118,6 +118,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
 
 void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
+  solved_ = {};
   report.busy = summary_of(engines_.busy);
   const StageTimer timer(report.seconds.check);
   ++state.step;
@@ -137,9 +138,8 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
 }
 
 std::size_t Stepper::step_bytes() const {
-  return bytes_of(loads_.x0, loads_.v0, loads_.target, loads_.next_obstacles, loads_.force,
-                  near_.v0, near_.last_change, solved_.x, solved_.v) +
-         engines_.integrator->memory().vectors + bytes_of(engines_.error);
+  return bytes_of(loads_, near_.v0, solved_.x, solved_.v, engines_.error) +
+         engines_.integrator->memory().vectors;
 }
 
 std::size_t Stepper::contact_bytes() const {

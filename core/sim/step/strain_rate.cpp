@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-double limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
-                         Engines& engines, StepOutcome& outcome) {
+double limit_strain_rate(const StepContext& part, const Certified& certified, Solved& solved,
+                         State& state, Engines& engines, StepOutcome& outcome) {
   if (!engines.limiter) return 0.0;
   StrainLimiter& limiter = *engines.limiter;
   const LimitReport left =
@@ -22,6 +22,7 @@ double limit_strain_rate(const StepContext& part, const Certified& certified, St
   outcome.broken = left.broken;
   report.limits.broken = static_cast<std::int64_t>(left.broken_elements().size());
   if (!engines.limits_after_solve) return 0.0;
+  solved.keep(state.cloth);
   const Points before = state.cloth.v;
   report.limits.rate_sweeps +=
       limiter.enforce_rate(engines.team, part.seed, state.cloth.x, part.h, state.cloth.v, false)

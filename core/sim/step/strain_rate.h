@@ -3,12 +3,14 @@
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"
+#include "core/sim/step/work.h"
 
 namespace loomstone {
 
 // Limits the strain rate, except in asynchronous steps, and reports the excess over strain limits
-// at the end of the part. Returns the energy that it removes from cloth [J].
-double limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
-                         Engines& engines, StepOutcome& outcome);
+// at the end of the part. Keeps the cloth in `solved` before it changes velocities. Returns the
+// energy that it removes from cloth [J].
+double limit_strain_rate(const StepContext& part, const Certified& certified, Solved& solved,
+                         State& state, Engines& engines, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -74,9 +74,9 @@ UserWrites::Kind UserWrites::settle(const RowLayout& layout, State& state) {
     const Communicator& ranks = layout.communicator();
     written_ = static_cast<Kind>(ranks.maximum(written_));
     if (written_ != Nothing) {
-      for (Points* table :
-           {&state.cloth.x, &state.cloth.v, &state.external_force, &state.pin_target})
-        gather_rows(layout, *table);
+      gather_rows(layout, state.cloth.x), gather_rows(layout, state.cloth.v);
+      for (Points* table : {&state.external_force, &state.pin_target})
+        if (ranks.maximum(table->rows()) > 0) gather_rows(layout, state.made(*table));
       const auto from_rank_0 = [&](auto& table) {
         ranks.broadcast(table.data(),
                         static_cast<std::size_t>(table.size()) * sizeof(*table.data()), 0);

@@ -77,10 +77,11 @@ Points inner_forces(const Points& x, const Points* v, Engines& engines) {
 // forces are those in the middle of the motion, where the rate of strain is exactly the change of
 // strain divided by the length of the part.
 Points viscous_forces(const StepContext& part, const Loads& loads, const Solved& solved,
-                      Engines& engines) {
+                      const State& state, Engines& engines) {
   if (!is_damped(engines.model.cloth)) return Points(0, 3);
   const Points start = loads.x0.topRows(engines.model.cloth.n_vertices);
-  const Points middle = 0.5 * (start + solved.x), velocity = (solved.x - start) / part.h;
+  const Points &end = solved.positions(state.cloth), middle = 0.5 * (start + end),
+               velocity = (end - start) / part.h;
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
@@ -93,7 +94,7 @@ double work_of_pins(const Loads& loads, const Points& viscous, const State& stat
   const Points start = loads.x0.topRows(cloth.n_vertices);
   Points force = 0.5 * (inner_forces(start, nullptr, engines) +
                         inner_forces(state.cloth.x, nullptr, engines)) +
-                 loads.force;
+                 loads.force.whole(cloth.n_vertices);
   if (viscous.rows() > 0) force += viscous;
   return sum_over_rows(engines, [&](Index i) {
     if (!cloth.prescribed[i]) return 0.0;
@@ -207,10 +208,12 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
 
 }  // namespace
 
-void note_solved(const Engines& engines, const State& state, Solved& solved) {
+void note_solved(const Engines& engines, const State& state, const Points& body_velocity,
+                 Solved& solved) {
   EnergyReport bodies;
   measure_bodies(engines.model, state.rigid, bodies);
-  solved.x = state.cloth.x, solved.v = state.cloth.v;
+  solved.x.resize(0, 3), solved.v.resize(0, 3);
+  solved.body_velocity = body_velocity;
   solved.body_energy = bodies.body_kinetic + bodies.body_gravity;
 }
 
@@ -231,12 +234,14 @@ PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts&
     work.friction += engines.event_contacts->work().friction;
     work.loads += engines.event_contacts->work().restored;
   }
-  const Points viscous = viscous_forces(part, loads, solved, engines);
+  const Points viscous = viscous_forces(part, loads, solved, state, engines);
   work.loads += work_of_loads(loads, state, engines) + on_bodies;
   work.scripts += work_of_pins(loads, viscous, state, engines);
-  if (viscous.rows() > 0)
+  if (viscous.rows() > 0) {
+    const Points& end = solved.positions(state.cloth);
     work.damping = sum_over_rows(
-        engines, [&](Index i) { return -viscous.row(i).dot(solved.x.row(i) - loads.x0.row(i)); });
+        engines, [&](Index i) { return -viscous.row(i).dot(end.row(i) - loads.x0.row(i)); });
+  }
   return work;
 }
 

@@ -8,11 +8,19 @@ namespace loomstone {
 // Cloth and bodies after the solve and the bodies' stage, before limits and certification change
 // them.
 struct Solved {
-  Points x, v;  // (n x 3) positions [m] and velocities [m/s] of cloth
+  // (n x 3) Positions [m] and velocities [m/s] of cloth. They are copied before the first change;
+  // no rows: the state has not changed.
+  Points x, v;
   // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
   Points body_velocity;
   double body_energy = 0.0;    // kinetic and gravitational energy of the bodies [J]
   double obstacle_work = 0.0;  // work of scripted obstacles on the bodies [J]
+
+  const Points& positions(const ClothState& now) const { return x.rows() > 0 ? x : now.x; }
+  // Copies the positions and velocities of cloth, unless they are already copied.
+  void keep(const ClothState& cloth) {
+    if (x.rows() == 0) x = cloth.x, v = cloth.v;
+  }
 };
 
 struct PartWork {
@@ -31,9 +39,11 @@ struct PartWork {
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
-// Sets the positions and velocities of cloth and the energy of bodies in `solved` to those of
-// `state`.
-void note_solved(const Engines& engines, const State& state, Solved& solved);
+// Notes the energy of bodies in `state`, and the velocities of bodies from the solve. Until
+// Solved::keep() is called, which must precede a change of cloth, its positions and velocities are
+// those of `state`.
+void note_solved(const Engines& engines, const State& state, const Points& body_velocity,
+                 Solved& solved);
 
 // Returns whether some obstacle moves in the part. Returns false if there is no cloth.
 bool surfaces_move(const Loads& loads);

@@ -86,7 +86,7 @@ void compare(Index cells, double least, double duration) {
   const ClothRun any = swing.run(nested);
   const Vector steps = ElementSteps(any.model, nested).at_rest();
   std::vector<double> area;
-  for (const Corners2& c : any.model.corners) {
+  for (const Corners2& c : any.model.corners.all()) {
     Mat2 edges;
     edges << c.row(1) - c.row(0), c.row(2) - c.row(0);
     area.push_back(0.5 * edges.determinant());

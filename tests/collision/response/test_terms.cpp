@@ -25,7 +25,7 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   CollisionStage stage(scene.model);
   result.contacts = stage.proximity(Team{1}, x, {});
   result.energy = stage
-                      .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth,
+                      .terms({x, v, Points(Points::Zero(x.rows(), 3)), centres, 1e-3, n_cloth,
                               scene.inverse_mass, Points(0, 3)},
                              result.contacts, state, result.terms)
                       .energy()

@@ -1,0 +1,52 @@
+// Tables of a contiguous range of rows, which keep the numbers that the rows have in a whole table.
+// A rank stores its rows of the solve in them.
+#pragma once
+
+#include <utility>
+
+#include "core/base/bytes.h"
+#include "core/base/types.h"
+
+namespace loomstone {
+
+// A table of the rows [begin, end), with three numbers each.
+class OwnRows {
+ public:
+  OwnRows() = default;
+  explicit OwnRows(Points whole) : rows_(std::move(whole)) {}  // has all rows of a table
+  // Sets the range of rows. The values are undefined if the range changes.
+  void resize(Index begin, Index end) { begin_ = begin, rows_.resize(end - begin, 3); }
+  Index begin() const { return begin_; }
+  Index end() const { return begin_ + static_cast<Index>(rows_.rows()); }
+  auto row(Index i) { return rows_.row(i - begin_); }
+  auto row(Index i) const { return rows_.row(i - begin_); }
+  double* data() { return rows_.data(); }  // of row `begin`
+  // Returns a table of n rows that is zero outside of these rows.
+  Points whole(Index n) const {
+    Points table = Points::Zero(n, 3);
+    table.middleRows(begin_, rows_.rows()) = rows_;
+    return table;
+  }
+  std::size_t bytes() const { return bytes_of(rows_); }
+
+ private:
+  Index begin_ = 0;
+  Points rows_;
+};
+
+// Refers to rows that a function writes: those of an OwnRows, or of a whole table.
+class RowsOut {
+ public:
+  RowsOut(Points& table) : data_(table.data()) {}
+  RowsOut(OwnRows& table) : data_(table.data()), begin_(table.begin()) {}
+  double& operator()(Index row, Index axis) const { return data_[3 * (row - begin_) + axis]; }
+  Eigen::Map<Eigen::RowVector3d> row(Index i) const {
+    return Eigen::Map<Eigen::RowVector3d>(data_ + 3 * (i - begin_));
+  }
+
+ private:
+  double* data_;
+  Index begin_ = 0;
+};
+
+}  // namespace loomstone
