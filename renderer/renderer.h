@@ -39,8 +39,8 @@ class Renderer {
   void fit(const Frame& first);
   // Returns value_range() for each row of color_by in a frame; 0 to 0 for "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // Returns color_range() for each row of color_by in a frame; 0 to 0 for "cloth". `values` has the
-  // same meaning as in render().
+  // Returns color_range() (see scalar_field.h) for each row of color_by in a frame; 0 to 0 for
+  // "cloth". `values` has the same meaning as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
   // Draws a frame. `values` contains the range of automatic colours for each row of color_by, for

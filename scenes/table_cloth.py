@@ -44,7 +44,7 @@ def check(run: ls.Run) -> None:
     assert np.linalg.norm(last, axis=1).min() > 0.999 * BALL, "no vertex is inside the sphere"
     assert abs(last[middle, 2] - BALL) < 0.02, "the middle stays on top of the sphere"
     assert last[rim, 2].max() < 0.0, "the whole rim hangs below the centre of the sphere"
-    # The rim has kept its length but lies within a narrower circle, so it is folded.
+    # A rim that keeps its length but lies within a narrower circle is folded.
     width = np.linalg.norm(last[rim, :2], axis=1).mean()
     assert width < 0.7 * RADIUS, f"the rim has closed into folds, got a mean radius of {width:.3f}"
     assert max(frame.stretch.max() for frame in run) < 1.55, "contacts do not tear the cloth"

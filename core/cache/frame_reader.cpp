@@ -108,7 +108,7 @@ struct FrameReader::Data {
       fail<CacheError>("{}: the file is damaged: is_floor has the wrong length.",
                        bodies_file->name());
     // If the writer was killed, the two files may have different numbers of frames. The frames that
-    // both have must belong to the same run.
+    // both have must have the same times, as in files of one run.
     times.resize(std::min(times.size(), bodies->times().size()));
     if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
       fail<CacheError>("{}: belongs to another run than {}; keep the two files of a run together.",

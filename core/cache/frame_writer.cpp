@@ -181,8 +181,8 @@ struct FrameWriter::Data {
   }
 
   // Renames the bodies file first. If the process is killed before it renames the run file, no two
-  // files of different runs remain: the old run file has already been removed or, if a run is
-  // continued, the frames of the bodies file are the first frames of the old run file.
+  // files of different runs remain. The old run file has already been removed. If a run is
+  // continued, it remains, and its frames are the first frames of the bodies file.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;

@@ -25,7 +25,7 @@ struct ClothState {
   // dissipation limits their growth. The stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
-  // never grow. The asynchronous integrator writes them.
+  // never grow until forget_all(). The asynchronous integrator writes them.
   Vector element_steps;
   // (e x 2) Time since the last event and time until the next event of each element in the queue of
   // events [s]; empty if there is no queue. The asynchronous integrator writes them.

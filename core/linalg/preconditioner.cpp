@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns the offset of the inverse diagonal blocks of a slice.
+// Returns the offset of the inverse diagonal blocks of a slice in the arrays of inverses.
 std::size_t inverse_at(Index slice) { return 48 * static_cast<std::size_t>(slice); }
 
 // Writes the inverse diagonal blocks of a slice to `out` (6 x 8). Returns the first row of the

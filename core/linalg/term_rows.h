@@ -66,7 +66,7 @@ class TermRows {
   std::vector<Part> parts_;
   std::vector<Vec3> arms_;
   AlignedDoubles scaled_;         // (terms x 3 x 4) scale times H, with row 2 rotated; see build()
-  AlignedDoubles forces_;         // (terms x 4) force and a zero
+  AlignedDoubles forces_;         // (terms x 4) components of the force, and a zero
   std::vector<Index> row_start_;  // (rows + 1) first slot of each row
   std::vector<Slot> slots_;       // slots of owned rows, sorted by row and term
   std::vector<Index> touched_;    // owned rows with slots, in ascending order

@@ -124,7 +124,7 @@ struct RigidObstacle {
   double friction = 0.3;
   Vec3 position = Vec3::Zero();         // position of the mesh's origin at the start [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);  // orientation at the start
-  // (n x 3) World positions at the start if the obstacle deforms [m]; empty otherwise.
+  // (n x 3) World positions of the vertices at the start if the obstacle deforms [m]; else empty.
   Points vertices = Points(0, 3);
 };
 

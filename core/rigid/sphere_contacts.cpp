@@ -134,8 +134,8 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
   return true;
 }
 
-// Finds the first contacts along the motion. A contact counts only if its point is a local minimum
-// of the distance from the centre to the surface at the time of contact.
+// Finds the first contact along the motion with each triangle. A contact counts only if its point
+// is a local minimum of the distance from the centre to the surface at the time of contact.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
                                    const MovingSphere& sphere, double exact) {
   const auto& [centre, radius, motion] = sphere;

@@ -260,8 +260,8 @@ TEST_CASE(
 }
 
 TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") {
-  // The grid is folded in the middle. Each row is tied to the row that the fold brings onto it, and
-  // both rows have the same load.
+  // The grid is folded in the middle. Each grid point is tied to the one that the fold brings onto
+  // it, and both have the same load.
   const Index tiles = 8, side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
     return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;

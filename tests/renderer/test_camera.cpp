@@ -30,7 +30,7 @@ TEST_CASE("a fitted camera sees the whole box in the middle, touching the margin
         low = low.cwiseMin(clip.head<2>() / clip.w());
         high = high.cwiseMax(clip.head<2>() / clip.w());
       }
-      // The tolerance covers single precision.
+      // The tolerance covers the rounding errors of single precision.
       CHECK(std::max({high.x(), high.y(), -low.x(), -low.y()}) == Approx(0.92).margin(1e-4));
       CHECK(high.x() == Approx(-low.x()).margin(1e-4));
       CHECK(high.y() == Approx(-low.y()).margin(1e-4));

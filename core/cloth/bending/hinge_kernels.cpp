@@ -102,7 +102,8 @@ LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const
     store(out.half_sine + angle_stride * b, 0, half_sine);
     store(out.half_cosine + angle_stride * b, 0, half_cosine);
     if (!out.gradient) continue;
-    // w = N / (|N|^2 |e|) for both triangles, with the normal N of a triangle and the hinge edge e.
+    // w = N / (|N|^2 |e|) for both triangles, with the normal N of a triangle (not of unit length)
+    // and the hinge edge e.
     const Lanes3<Lanes> w1 =
         scaled(n1, lanes_select(good, inverse_length / lanes_select(good, q1, zero + 1.0), zero));
     const Lanes3<Lanes> w2 =

@@ -9,7 +9,7 @@ namespace loomstone::midedge {
 
 namespace {
 
-using Row3 = Eigen::RowVector3d;  // linear form on (kxx, kyy, 2 kxy)
+using Row3 = Eigen::RowVector3d;  // linear form on the curvature (kxx, kyy, 2 kxy)
 
 // A triangle at rest. Edge i lies opposite corner i and runs from corner i + 1 to corner i + 2.
 struct RestTriangle {

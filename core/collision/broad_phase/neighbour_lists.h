@@ -111,7 +111,8 @@ class NeighbourLists {
   };
 
   // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
-  // All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed.
+  // All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed. The next
+  // update() makes the lists again.
   void widen(double extra);
 
   // Collective. After update() and make_ended(), the lists contain all pairs of features closer

@@ -354,7 +354,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
   double thickness = -1.0, of_half = 0.0;  // of the last contact: xi and 3/8 xi [m]
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    double pressing = 0.0;  // larger of the forces on the two features, along the normal [N]
+    double pressing = 0.0;  // larger of the forces that press a free feature to the other [N]
     for (const int side : {0, 1}) {
       double force = 0.0;
       bool free = true;

@@ -8,10 +8,10 @@ namespace loomstone {
 
 namespace {
 
-// Speed of a piercing edge relative to the triangle [thickness/s], and its largest motion in one
-// step [thickness]. The speed is low compared with free motion, so that surfaces are not thrown
-// apart. At this speed, a sheet that has passed 50 thicknesses through another returns in half a
-// second if steps are no longer than 5 ms.
+// Speed at which a piercing edge is moved relative to the triangle [thickness/s], and the largest
+// motion at this speed in one step [thickness]. The speed is low compared with free motion, so that
+// surfaces are not thrown apart. At this speed, a sheet that has passed 50 thicknesses through
+// another returns in half a second if steps are no longer than 5 ms.
 constexpr double speed = 100.0, longest = 0.5;
 
 // Returns the distance by which the edge moves along `way_out` relative to the triangle in this

@@ -12,8 +12,8 @@
 
 namespace loomstone {
 
-// Integrates one interval, the step given by `inputs.step`. All vertices are at the same time at
-// its start and at its end. Every rank computes all rows.
+// Integrates one interval, the step given by `inputs.step`. The vertices are synchronised at the
+// start and at the end of the interval. Every rank computes all rows.
 class AsynchronousIntegrator : public Integrator {
  public:
   AsynchronousIntegrator(const Asynchronous& options, const ClothModel& model,

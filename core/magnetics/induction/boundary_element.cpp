@@ -102,9 +102,10 @@ double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by
   return sum / (4.0 * pi);
 }
 
-// Returns the matrix (1/chi + 1/2) areas - flux. If a net charge is possible, `whole` is the total
-// area (otherwise 0), and the term +-areas areas^T / whole with the sign of chi is added. The sum
-// of all rows is then (1/chi +- 1) times the net charge. This factor is never zero.
+// Returns the matrix (1/chi + 1/2) diag(areas) - flux of the equation for the charge densities. If
+// a net charge is possible, `whole` is the total area (otherwise 0), and the term
+// +-areas areas^T / whole with the sign of chi is added. The left-hand sides of all equations then
+// add up to (1/chi +- 1) times the net charge. This factor is never zero.
 DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility,
                      double whole) {
   DenseMatrix matrix = -flux;

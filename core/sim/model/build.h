@@ -9,7 +9,8 @@
 namespace loomstone {
 
 // Orders the cloth rows by recursive graph bisection. Sets the materials, pins, scripts, start
-// positions, start velocities, looks and frame topology of cloth.
+// positions, start velocities, names and looks of cloth. frame_topology() makes the other tables of
+// cloth in frames.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
 // Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, and the

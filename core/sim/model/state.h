@@ -40,7 +40,7 @@ struct SteppedState {
   ContactState contacts;   // friction anchors, written by certification
   EnergyAccount account;   // written by the stepper; some user writes reset it
   // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
-  // unresolved impacts. Written by build(), when the user sets positions, and at the end of a step.
+  // unresolved impacts. Written by build(), by functions that set positions, and by the stepper.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
 

@@ -186,7 +186,7 @@ def _area(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> float:
 
 
 def _unit(cloth: Cloth, name: str) -> str:
-    """Returns a sentence if a parameter of the material seems to have another unit, or ""."""
+    """Returns a sentence if a parameter of the material seems to be in the wrong unit, or ""."""
     value, usual = getattr(cloth.material, name), USUAL[name]
     if value == 0.0 or usual.least <= value <= usual.most:
         return ""

@@ -12,7 +12,7 @@ from .page import Page
 
 __all__ = ["Player"]
 
-# Largest number of pictures per second at which a run is played [1/s].
+# Largest number of pictures shown per second while a run plays [1/s].
 _RATE = 30.0
 # Interval at which the page looks for new frames of a run in progress [s].
 _LOOK = 1.0

@@ -229,8 +229,9 @@ TEST_CASE(
   // The tolerance covers rounding: the hinge element subtracts two values of sin(rest / 2), one
   // computed from the rest angle and one from the positions.
   CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <= 1e-14 * scale);
-  // Flattening the curved mesh costs as much energy as rolling the flat one, but with the hinge
-  // element, the two energies differ by the fraction r^2 / 24 for hinge angles r = 0.125 rad.
+  // With the mid-edge element, flattening the curved mesh costs as much energy as rolling the flat
+  // one. With the hinge element, the two energies differ by the fraction r^2 / 24, where r = 0.125
+  // rad is the hinge angle.
   CHECK(curved->energy(team, mesh.vertices()) ==
         Approx(flat_bending->energy(team, rolled)).epsilon(0.01));
 }

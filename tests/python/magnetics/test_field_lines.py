@@ -63,7 +63,7 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_leaves_the_e
         chords = np.diff(x, axis=0)
         unit = chords / np.linalg.norm(chords, axis=1)[:, None]
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
-        # Short chords, as at a surface, where the line has a kink, are left out.
+        # Leaves out short chords, which occur at surfaces, where lines have kinks.
         long = np.linalg.norm(chords, axis=1) > 1e-4
         # The tangent turns by at most about 0.1 rad between neighbouring points.
         assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3

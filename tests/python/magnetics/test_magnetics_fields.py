@@ -17,8 +17,8 @@ def relative(found, expected):
 
 
 def outside(source, scale, count=40, seed=1):
-    """Returns points at 0.5 to 2 times `scale` [m] from the origin, but at least at 1.05 times the
-    radius of the source.
+    """Returns points at 0.5 to 2 times `scale` [m] from the origin, but never closer than 1.05
+    times the radius of the source.
     """
     points = np.random.default_rng(seed).normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
