@@ -160,8 +160,8 @@ void set_materials(const Scene& scene, const Joined& all, Model& model) {
     part.damping = description.material.bending_damping;
     part.flat_rest = description.rest_angles == RestAngles::Flat;
     cloth.bending.push_back(part);
-    cloth.rest_positions = rest_positions(scene, model);
   }
+  if (!cloth.bending.empty()) cloth.rest_positions = rest_positions(scene, model);
 }
 
 }  // namespace
