@@ -85,6 +85,8 @@ class Communicator {
   virtual std::string agreed() const { return {}; }
   // Traffic of this rank; zero without MPI.
   virtual Traffic traffic() const { return {}; }
+  // Returns whether some host has more ranks than processors on which they may run.
+  virtual bool shares_processors() const { return false; }
   // Ends all ranks at once after an error on only one of them. Otherwise the other ranks could wait
   // forever.
   [[noreturn]] virtual void abort(int code) const = 0;

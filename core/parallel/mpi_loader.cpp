@@ -12,6 +12,7 @@
 #include "core/base/message.h"
 #include "core/base/own_directory.h"
 #include "core/parallel/mpi_plugin.h"
+#include "core/parallel/patience.h"
 
 namespace loomstone {
 
@@ -71,6 +72,7 @@ std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle) {
         "the launcher must belong to the MPI library of loomstone, got {} processes that each run "
         "alone; use its mpirun, or srun --mpi=pmix",
         launched_ranks());
+  if (made->shares_processors()) share_processors();
   return made;
 }
 

@@ -145,10 +145,27 @@ class MpiMailbox final : public Mailbox {
   std::deque<Sent> sent_;  // messages whose sending may be incomplete, oldest first
 };
 
+// Collective. Returns whether some host has more ranks than processors on which they may run.
+bool ranks_share_processors(MPI_Comm comm) {
+  MPI_Comm host = MPI_COMM_NULL;
+  MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &host);
+  int ranks = 1;
+  MPI_Comm_size(host, &ranks);
+  cpu_set_t processors;
+  CPU_ZERO(&processors);
+  sched_getaffinity(0, sizeof processors, &processors);
+  MPI_Allreduce(MPI_IN_PLACE, &processors, sizeof processors, MPI_BYTE, MPI_BOR, host);
+  MPI_Comm_free(&host);
+  int shares = ranks > CPU_COUNT(&processors) ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &shares, 1, MPI_INT, MPI_MAX, comm);
+  return shares != 0;
+}
+
 class MpiCommunicator final : public Communicator {
  public:
   // `watch` observes waits and may be null.
-  MpiCommunicator(MPI_Comm original, std::unique_ptr<MpiWatch> watch) : watch_(std::move(watch)) {
+  MpiCommunicator(MPI_Comm original, std::unique_ptr<MpiWatch> watch)
+      : watch_(std::move(watch)), shares_processors_(ranks_share_processors(original)) {
     MPI_Comm_dup(original, &comm_);
     MPI_Comm_dup(original, &failures_);
     MPI_Comm_rank(comm_, &rank_);
@@ -271,6 +288,7 @@ class MpiCommunicator final : public Communicator {
 
   std::string agreed() const override { return agreed_; }
   Traffic traffic() const override { return traffic_; }
+  bool shares_processors() const override { return shares_processors_; }
 
   void abort(int code) const override {
     MPI_Abort(comm_, code);
@@ -322,33 +340,18 @@ class MpiCommunicator final : public Communicator {
   MPI_Op add_sums_ = MPI_OP_NULL;
   int rank_ = 0, size_ = 1;
   std::unique_ptr<MpiWatch> watch_;
+  bool shares_processors_;
   mutable std::vector<int> counts_, displacements_;  // arguments of the last start_gather()
   mutable std::vector<MPI_Request> requests_;        // operations that are not complete
   mutable std::string agreed_;
   mutable Traffic traffic_;
 };
 
-// Collective. Returns whether any host has more ranks than processors on which they may run.
-bool ranks_share_processors(MPI_Comm comm) {
-  MPI_Comm host = MPI_COMM_NULL;
-  MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &host);
-  int ranks = 1;
-  MPI_Comm_size(host, &ranks);
-  cpu_set_t processors;
-  CPU_ZERO(&processors);
-  sched_getaffinity(0, sizeof processors, &processors);
-  MPI_Allreduce(MPI_IN_PLACE, &processors, sizeof processors, MPI_BYTE, MPI_BOR, host);
-  MPI_Comm_free(&host);
-  int shares = ranks > CPU_COUNT(&processors) ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &shares, 1, MPI_INT, MPI_MAX, comm);
-  return shares != 0;
-}
-
 }  // namespace
 
 }  // namespace loomstone
 
-extern "C" const loomstone::Communicator* loomstone_make_communicator_5(int fortran_handle,
+extern "C" const loomstone::Communicator* loomstone_make_communicator_6(int fortran_handle,
                                                                         const char** problem) {
   using namespace loomstone;
   if (polling_time() < WaitTime{0.0}) {
@@ -393,6 +396,7 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_5(int fort
     *problem = refused;
     return nullptr;
   }
-  if (ranks_share_processors(original)) share_processors();
-  return new MpiCommunicator(original, std::move(watch));
+  auto made = std::make_unique<MpiCommunicator>(original, std::move(watch));
+  if (made->shares_processors()) share_processors();
+  return made.release();
 }

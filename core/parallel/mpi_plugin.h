@@ -12,5 +12,5 @@ using LoomstoneMakeCommunicator = const loomstone::Communicator* (*)(int fortran
 
 namespace loomstone {
 inline constexpr const char* mpi_plugin_file = "libloomstone_mpi.so";
-inline constexpr const char* mpi_plugin_symbol = "loomstone_make_communicator_5";
+inline constexpr const char* mpi_plugin_symbol = "loomstone_make_communicator_6";
 }  // namespace loomstone

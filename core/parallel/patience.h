@@ -29,8 +29,8 @@ struct Rest {
 Rest rest_after(WaitTime waited, WaitTime polling, bool shared);
 
 // Lets waiting threads yield before they sleep. Must be called if there are more ranks than
-// processors. The MPI plug-in contains its own copy of patience.cpp, so a call by the plug-in
-// affects only waits in the plug-in.
+// processors. The MPI plug-in contains its own copy of patience.cpp, so the plug-in and its loader
+// both call this function.
 void share_processors();
 
 // The wait of one thread for one event.
