@@ -69,7 +69,7 @@ void bind_scene(py::module_& m) {
       m, "StrainLimit",
       "Limits of the strain U - I (F = R U) along weft, along warp and in shear. The first "
       "three fields may be\n"
-      "given by position.");
+      "positional arguments.");
   bind_description<LimitOptions>(m, "LimitOptions", "Options for enforcing strain limits.");
   bind_description<Cloth>(m, "Cloth", "A piece of cloth: mesh, material, pins and strain limits.");
   bind_description<Obstacle>(m, "Obstacle",

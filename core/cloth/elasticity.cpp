@@ -132,9 +132,9 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
 }
 
 Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Points& x, Index begin,
-                                                    Index end) {
+                                                    Index end, const std::uint8_t* yields) {
   if (!limit_phase_) return {};
-  limit_phase_->enter(team, x, begin, end);
+  limit_phase_->enter(team, x, begin, end, yields);
   membrane_.set_phase(limit_phase_->table(), limit_phase_->entered());
   return LimitPhaseScope(membrane_);
 }

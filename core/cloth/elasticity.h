@@ -76,9 +76,11 @@ class Elasticity {
    private:
     Membrane* membrane_ = nullptr;
   };
-  // Determines the phase of each triangle that touches rows [begin, end) from its strain at x.
+  // Determines the phase of each triangle that touches rows [begin, end) from its strain at x; see
+  // LimitPhase::enter().
   // Without strain limits the returned guard changes nothing.
-  LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end);
+  LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
+                              const std::uint8_t* yields = nullptr);
 
   // Adds a strain-limiting potential to the energy and the forces, but not to the matrix (see
   // Membrane::add_limits).

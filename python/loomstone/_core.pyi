@@ -1628,7 +1628,7 @@ class ClothMaterial:
 class StrainLimit:
     """
     Limits of the strain U - I (F = R U) along weft, along warp and in shear. The first three fields may be
-    given by position.
+    positional arguments.
 
     Immutable; compared by value.
 

@@ -1,5 +1,5 @@
-"""Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth, and
-heaps.
+"""Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
+heaps, and a tight sleeve.
 
 certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py checks
 their motion.
@@ -85,6 +85,75 @@ def caught(mass: float, corners: bool = False, drop: float = 0.05) -> ls.Scene:
                 position=(0.003, 0.002, radius + drop),
             )
         ],
+    )
+
+
+def tube(radius: float, cuff: float, length: float, cells: tuple[int, int]) -> ls.TriangleMesh:
+    """A tube along z that widens to the radius `cuff` at z = 0, with weft around it.
+
+    The last four of its cells along z widen. Each triangle has rest coordinates of its own.
+    """
+    around, along = cells
+    angles = 2.0 * np.pi * np.arange(around) / around
+    z = np.linspace(-length, 0.0, along + 1)
+    widening = np.clip((np.arange(along + 1) - along + 4) / 4.0, 0.0, 1.0)
+    radii = radius + (cuff - radius) * widening
+    rings = [
+        np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(around, at)])
+        for r, at in zip(radii, z, strict=True)
+    ]
+    vertices = np.concatenate(rings)
+    triangles = []
+    for j in range(along):
+        for i in range(around):
+            a, b = j * around + i, j * around + (i + 1) % around
+            c, d = b + around, a + around
+            triangles += [[a, b, c], [a, c, d]] if (i + j) % 2 else [[a, b, d], [b, c, d]]
+    corners = vertices[np.array(triangles)]
+    centres = corners.mean(axis=1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    weft = np.column_stack([-centres[:, 1], centres[:, 0], np.zeros(len(centres))])
+    weft -= (weft * normals).sum(axis=1, keepdims=True) * normals
+    weft /= np.linalg.norm(weft, axis=1, keepdims=True)
+    axes = np.stack([weft, np.cross(normals, weft)], axis=1)
+    uv = np.einsum("tad,tcd->tca", axes, corners - centres[:, None])
+    ids = np.arange(3 * len(triangles)).reshape(-1, 3)
+    return ls.TriangleMesh(vertices, triangles, uv.reshape(-1, 2), uv_triangles=ids)
+
+
+def sleeve(
+    cells: tuple[int, int] = (32, 24),
+    wider: float = 0.1,
+    limit: float | None = 0.05,
+    friction: float = 0.3,
+) -> ls.Scene:
+    """A sleeve that is drawn by its cuff over a capsule, which is `wider` [1] than the sleeve.
+
+    The cuff moves by 0.3 m in 1 s. `limit` bounds the strain of weft and warp, and half that of
+    shear; None: no limits.
+    """
+    radius = 0.05
+    mesh = tube(radius / (1.0 + wider), 1.15 * radius, 0.24, cells)
+    cuff = np.flatnonzero(np.asarray(mesh.vertices)[:, 2] > -1e-9)
+    places = np.asarray(mesh.vertices)[cuff]
+    return ls.Scene(
+        cloths=[
+            ls.Cloth(
+                mesh=mesh,
+                material=SOFT,
+                pins=list(cuff),
+                script_times=[0.0, 1.0],
+                script_positions=np.stack([places, places + (0.0, 0.0, 0.3)]),
+                strain_limit=None if limit is None else ls.StrainLimit(limit, limit, 2.0 * limit),
+            )
+        ],
+        obstacles=[
+            ls.capsule(
+                radius=radius, length=0.5, centre=(0, 0, 0.304), segments=48, friction=friction
+            )
+        ],
+        gravity=(0, 0, 0),
     )
 
 

@@ -28,6 +28,13 @@ constexpr Index batches_per_update = 32;
 // of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
+// Bound on the stress of the mode of a yielding triangle that exceeds its limit most. It begins at
+// the fraction `yield_stress` of the stress at which the fourth phase begins, and grows with the
+// modulus `hardening` times that of the second phase, so that neighbouring triangles yield alike.
+// The other modes do not yield: an obstacle that is too wide along weft does not stretch the cloth
+// along warp. Both values were tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
+constexpr double yield_stress = 0.02, hardening = 0.2;
+
 // Returns true if any mode of any lane is outside its bounds or NaN.
 template <class Lanes>
 LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
@@ -44,7 +51,65 @@ struct Phases {
   const Index* bounds_of;
   double* table;
   std::uint8_t* entered;
+  const std::uint8_t* yields;  // (vertices) may be null
 };
+
+// Returns 1 in the lanes of yielding triangles, and 0 in the others.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes yielding_lanes(const Index* corners, const std::uint8_t* yields) {
+  double lanes[n_lanes] = {};
+  for (int k = 0; k < 3 * n_lanes; ++k)
+    if (yields[corners[k]]) lanes[k % n_lanes] = 1.0;
+  return lanes_load<Lanes>(lanes);
+}
+
+// Stress that the phases add to a mode [N/m], and its derivative with respect to the strain.
+template <class Lanes>
+struct ModeLaw {
+  Lanes stress, tangent;
+};
+
+// Returns the law of mode k at strain e. `modulus` is the one added in the second phase [N/m].
+template <class Lanes>
+LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes modulus, Lanes e) {
+  const Lanes least = lanes_load<Lanes>(bound + n_lanes * k),
+              most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
+  const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
+              far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
+  const MaskOf<Lanes> over = e > most, under = e < least;
+  const MaskOf<Lanes> far_over = e > far_most, far_under = e < far_least;
+  const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
+  const Lanes far =
+      lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
+  // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
+  // third phase.
+  const Lanes broken_most = far_most + 2.0 * (far_most - most),
+              broken_least = far_least + 2.0 * (far_least - least);
+  const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
+  const Lanes broken = lanes_select(broken_over, e - broken_most,
+                                    lanes_select(broken_under, e - broken_least, Lanes{}));
+  const Lanes steepness = lanes_select(
+      broken_over | broken_under, lanes_all<Lanes>(steepest),
+      lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0)));
+  return {modulus * (beyond + (steeper - 1.0) * far + (steepest - steeper) * broken),
+          modulus * lanes_select(over | under, steepness, Lanes{})};
+}
+
+// Bounds the stress in those lanes of `yields` that are 1 and in which no mode exceeds the
+// beginning of its second phase by more than mode k does.
+template <class Lanes>
+LOOMSTONE_INLINE void let_yield(const double* bound, int k, Lanes modulus, const Lanes strain[3],
+                                Lanes yields, ModeLaw<Lanes>& law) {
+  const Lanes most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
+  const Lanes over = strain[k] - most;
+  const Lanes margin = 2.0 * (lanes_load<Lanes>(bound + n_lanes * (9 + k)) - most);
+  const Lanes largest = modulus * (yield_stress * (0.5 + steeper) * margin + hardening * over);
+  MaskOf<Lanes> yielded = (over > 0.0) & (law.stress > largest) & (yields > 0.5);
+  for (int other = 0; other < 3; ++other)
+    yielded = yielded & (over >= strain[other] - lanes_load<Lanes>(bound + n_lanes * (3 + other)));
+  law.stress = lanes_select(yielded, largest, law.stress);
+  law.tangent = lanes_select(yielded, modulus, law.tangent);
+}
 
 template <class Lanes>
 LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index* batches, Index n,
@@ -69,36 +134,17 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
     phases.entered[b] = beyond_any(strain, bound);
     if (!phases.entered[b]) continue;
     double* o = phases.table + membrane::phase_stride * static_cast<std::size_t>(b);
+    const Lanes yields =
+        phases.yields ? yielding_lanes<Lanes>(batch.corners, phases.yields) : Lanes{};
     for (int k = 0; k < 3; ++k) {
       const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening *
                             batch.constant(k == 0   ? 1
                                            : k == 1 ? 2
                                                     : 4);
-      const Lanes least = lanes_load<Lanes>(bound + n_lanes * k),
-                  most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
-      const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
-                  far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
-      const Lanes e = strain[k];
-      const MaskOf<Lanes> over = e > most, under = e<least, far_over = e> far_most,
-                          far_under = e < far_least;
-      const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
-      const Lanes far =
-          lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
-      // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
-      // third phase.
-      const Lanes broken_most = far_most + 2.0 * (far_most - most),
-                  broken_least = far_least + 2.0 * (far_least - least);
-      const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
-      const Lanes broken = lanes_select(broken_over, e - broken_most,
-                                        lanes_select(broken_under, e - broken_least, Lanes{}));
-      const Lanes steepness = lanes_select(
-          broken_over | broken_under, lanes_all<Lanes>(steepest),
-          lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0)));
-      const Lanes tangent = modulus * lanes_select(over | under, steepness, Lanes{});
-      const Lanes stress =
-          modulus * (beyond + (steeper - 1.0) * far + (steepest - steeper) * broken);
-      lanes_store(o + n_lanes * k, tangent);
-      lanes_store(o + n_lanes * (3 + k), slope[k] * stress - tangent * green[k]);
+      ModeLaw<Lanes> law = law_of_mode(bound, k, modulus, strain[k]);
+      if (phases.yields) let_yield(bound, k, modulus, strain, yields, law);
+      lanes_store(o + n_lanes * k, law.tangent);
+      lanes_store(o + n_lanes * (3 + k), slope[k] * law.stress - law.tangent * green[k]);
     }
   }
 }
@@ -144,9 +190,10 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
   }
 }
 
-void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
+void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end,
+                       const std::uint8_t* yields) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
-  const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data()};
+  const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data(), yields};
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_update,
                   [&](Index first, Index last) {
                     LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,

@@ -64,8 +64,9 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
 
 // Returns the vertices of every cloth to which a body is attached or which a body touches, directly
 // or through other cloth. Sweeps ignore the mass of the body and would push the cloth into it. Only
-// the limit phases of the solve limit the strain of these cloths.
-std::vector<Index> loaded_vertices(const Model& model, const ContactTotals& contacts) {
+// the limit phases of the solve limit the strain of these cloths, and of those whose limits are
+// forced (see NearContacts).
+std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
   using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;
   std::vector<std::uint8_t> loaded(collision.surfaces.size(), 0);
@@ -75,12 +76,12 @@ std::vector<Index> loaded_vertices(const Model& model, const ContactTotals& cont
   for (const AttachedVertex& attached : model.attachments) loaded[surface(attached.row)] = 1;
   for (bool changed = true; changed;) {
     changed = false;
-    for (const auto& [a, b] : contacts.surfaces)
+    for (const auto& [a, b] : near.totals.surfaces)
       for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
         if (loaded[from] && !loaded[to] && collision.surfaces[to].kind == Kind::Cloth)
           loaded[to] = 1, changed = true;
   }
-  std::vector<Index> vertices;
+  std::vector<Index> vertices = near.forced;
   for (std::size_t s = 0; s < loaded.size(); ++s)
     if (const CollisionSurface& cloth = collision.surfaces[s];
         loaded[s] && cloth.kind == Kind::Cloth)
@@ -131,8 +132,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
   inputs.limits_in_solve = engines.limits_in_solve;
-  if (inputs.limits_in_solve && model.n_bodies() > 0)
-    inputs.loaded = loaded_vertices(model, near.totals);
+  if (inputs.limits_in_solve) inputs.loaded = loaded_vertices(model, near);
   if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
   inputs.seed = part.seed;
   inputs.h = part.h;

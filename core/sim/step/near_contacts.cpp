@@ -158,6 +158,53 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   collision.untangle(inputs, near.tangle, near.terms);
 }
 
+// Returns for each cloth vertex whether it touches a scripted surface, according to the friction
+// anchors; no entries if no vertex does.
+std::vector<std::uint8_t> vertices_at_scripted(const State& state, const Model& model) {
+  const CollisionModel& collision = model.collision;
+  const auto kind = [&](Index v) {
+    return collision.surfaces[collision.surface_of_vertex[v]].kind;
+  };
+  std::vector<std::uint8_t> touch;
+  for (const ContactState::Anchor& anchor : state.contacts.anchors) {
+    const std::array<Index, 4> vertices =
+        pair_vertices(collision, anchor.kind, pair_key(anchor.a, anchor.b));
+    if (std::none_of(vertices.begin(), vertices.end(),
+                     [&](Index v) { return kind(v) == CollisionSurface::Kind::Script; }))
+      continue;
+    touch.resize(model.cloth.n_vertices, 0);
+    for (const Index v : vertices)
+      if (kind(v) == CollisionSurface::Kind::Cloth) touch[v] = 1;
+  }
+  return touch;
+}
+
+// Sets NearContacts::forced and NearContacts::yields.
+void find_forced_limits(const State& state, Engines& engines, NearContacts& near) {
+  near.forced.clear();
+  near.yields.clear();
+  if (!engines.limits_in_solve || !engines.limiter) return;
+  const ClothModel& cloth = engines.model.cloth;
+  std::vector<std::uint8_t> touch = vertices_at_scripted(state, engines.model);
+  if (touch.empty()) return;
+  const auto corners_touch = [&](Index t) {
+    return touch[cloth.triangles(t, 0)] || touch[cloth.triangles(t, 1)] ||
+           touch[cloth.triangles(t, 2)];
+  };
+  std::vector<std::uint8_t> forced(cloth.strain_limits.size(), 0);
+  for (const Index t : engines.limiter->measure(engines.team, state.cloth.x).broken_elements())
+    if (corners_touch(t)) forced[cloth.strain_limit_of[t]] = 1;
+  std::vector<std::uint8_t> of_forced(cloth.n_vertices, 0);
+  for (Index t = 0; t < cloth.triangles.rows(); ++t)
+    if (const Index row = cloth.strain_limit_of[t]; row >= 0 && forced[row])
+      for (int c = 0; c < 3; ++c) of_forced[cloth.triangles(t, c)] = 1;
+  for (Index v = 0; v < cloth.n_vertices; ++v) {
+    if (of_forced[v]) near.forced.push_back(v);
+    touch[v] &= of_forced[v];
+  }
+  if (!near.forced.empty()) near.yields = std::move(touch);
+}
+
 }  // namespace
 
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
@@ -172,6 +219,7 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
   near.tangle = {};
   engines.contact_energy.reset();
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
+  find_forced_limits(state, engines, near);
   const std::size_t n_contact_terms = near.terms.size();
   if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
   near.n_attachments = near.terms.size() - n_contact_terms;
