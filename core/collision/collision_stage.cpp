@@ -167,9 +167,10 @@ const std::vector<Contact>& CollisionStage::all_contacts(const Team& team, const
                                                          const Tangle& tangle) {
   Data& d = *data_;
   if (!d.selection || !d.all_know(x0)) return proximity_alone(team, x0, tangle);
-  const std::vector<Contact> own =
+  std::vector<Contact> own =
       d.counted(tangle.empty() ? d.known.contacts : d.without_ignored(d.known.contacts, tangle));
-  d.returned.contacts = merged(gather_from_ranks(d.ranks, [&] { return own; }), place_of_pair);
+  d.returned.contacts =
+      merged(gather_from_ranks(d.ranks, [&] { return std::move(own); }), place_of_pair);
   d.returned.all = totals_of(d.model, d.returned.contacts);
   d.totals = &d.returned.all;
   return d.returned.contacts;

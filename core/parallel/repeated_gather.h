@@ -124,7 +124,8 @@ class GatherOnce {
   std::byte* at(int rank) { return room_.buffer.data() + offsets_[rank]; }
   template <class Type>
   static void copy(const Type* from, std::size_t n, std::byte* to) {
-    if (n > 0) std::memcpy(to, from, n * sizeof(Type));
+    // Vectors of Eigen have no trivial copy constructor, but consist of their numbers only.
+    if (n > 0) std::memcpy(to, static_cast<const void*>(from), n * sizeof(Type));
   }
 
   const Communicator& ranks_;
