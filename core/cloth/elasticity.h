@@ -77,8 +77,7 @@ class Elasticity {
     Membrane* membrane_ = nullptr;
   };
   // Determines the phase of each triangle that touches rows [begin, end) from its strain at x; see
-  // LimitPhase::enter().
-  // Without strain limits the returned guard changes nothing.
+  // LimitPhase::enter(). Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr);
 

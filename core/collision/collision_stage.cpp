@@ -167,10 +167,11 @@ const std::vector<Contact>& CollisionStage::all_contacts(const Team& team, const
                                                          const Tangle& tangle) {
   Data& d = *data_;
   if (!d.selection || !d.all_know(x0)) return proximity_alone(team, x0, tangle);
-  std::vector<Contact> own =
-      d.counted(tangle.empty() ? d.known.contacts : d.without_ignored(d.known.contacts, tangle));
-  d.returned.contacts =
-      merged(gather_from_ranks(d.ranks, [&] { return std::move(own); }), place_of_pair);
+  const auto own = [&] {
+    return d.counted(tangle.empty() ? d.known.contacts
+                                    : d.without_ignored(d.known.contacts, tangle));
+  };
+  d.returned.contacts = merged(gather_from_ranks(d.ranks, own), place_of_pair);
   d.returned.all = totals_of(d.model, d.returned.contacts);
   d.totals = &d.returned.all;
   return d.returned.contacts;

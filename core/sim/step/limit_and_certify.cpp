@@ -62,10 +62,10 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
-// Returns the vertices of every cloth to which a body is attached or which a body touches, directly
-// or through other cloth. Sweeps ignore the mass of the body and would push the cloth into it. Only
-// the limit phases of the solve limit the strain of these cloths, and of those whose limits are
-// forced (see NearContacts).
+// Returns the vertices of every cloth that sweeps would push into other surfaces: cloths to which a
+// body is attached or which a body touches, directly or through other cloth, because sweeps ignore
+// the mass of the body, and cloths whose limits are forced (see NearContacts). Only the limit
+// phases of the solve limit the strain of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
   using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;
@@ -81,7 +81,8 @@ std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near)
         if (loaded[from] && !loaded[to] && collision.surfaces[to].kind == Kind::Cloth)
           loaded[to] = 1, changed = true;
   }
-  std::vector<Index> vertices = near.forced;
+  for (std::size_t s = 0; s < near.forced.size(); ++s) loaded[s] |= near.forced[s];
+  std::vector<Index> vertices;
   for (std::size_t s = 0; s < loaded.size(); ++s)
     if (const CollisionSurface& cloth = collision.surfaces[s];
         loaded[s] && cloth.kind == Kind::Cloth)

@@ -158,8 +158,8 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   collision.untangle(inputs, near.tangle, near.terms);
 }
 
-// Returns for each cloth vertex whether it touches a scripted surface, according to the friction
-// anchors; no entries if no vertex does.
+// Returns for each cloth vertex whether it touches a scripted surface; no entries if none does.
+// Reads the friction anchors, because every rank has those of all contacts.
 std::vector<std::uint8_t> vertices_at_scripted(const State& state, const Model& model) {
   const CollisionModel& collision = model.collision;
   const auto kind = [&](Index v) {
@@ -179,30 +179,22 @@ std::vector<std::uint8_t> vertices_at_scripted(const State& state, const Model& 
   return touch;
 }
 
-// Sets NearContacts::forced and NearContacts::yields.
+// Sets NearContacts::forced and NearContacts::yields. Collective.
 void find_forced_limits(const State& state, Engines& engines, NearContacts& near) {
-  near.forced.clear();
-  near.yields.clear();
+  near.forced.clear(), near.yields.clear();
   if (!engines.limits_in_solve || !engines.limiter) return;
-  const ClothModel& cloth = engines.model.cloth;
-  std::vector<std::uint8_t> touch = vertices_at_scripted(state, engines.model);
+  const Model& model = engines.model;
+  std::vector<std::uint8_t> touch = vertices_at_scripted(state, model);
   if (touch.empty()) return;
-  const auto corners_touch = [&](Index t) {
-    return touch[cloth.triangles(t, 0)] || touch[cloth.triangles(t, 1)] ||
-           touch[cloth.triangles(t, 2)];
-  };
-  std::vector<std::uint8_t> forced(cloth.strain_limits.size(), 0);
+  const auto surface = [&](Index v) { return model.collision.surface_of_vertex[v]; };
+  std::vector<std::uint8_t> forced(model.collision.surfaces.size(), 0);
+  bool any = false;
   for (const Index t : engines.limiter->measure(engines.team, state.cloth.x).broken_elements())
-    if (corners_touch(t)) forced[cloth.strain_limit_of[t]] = 1;
-  std::vector<std::uint8_t> of_forced(cloth.n_vertices, 0);
-  for (Index t = 0; t < cloth.triangles.rows(); ++t)
-    if (const Index row = cloth.strain_limit_of[t]; row >= 0 && forced[row])
-      for (int c = 0; c < 3; ++c) of_forced[cloth.triangles(t, c)] = 1;
-  for (Index v = 0; v < cloth.n_vertices; ++v) {
-    if (of_forced[v]) near.forced.push_back(v);
-    touch[v] &= of_forced[v];
-  }
-  if (!near.forced.empty()) near.yields = std::move(touch);
+    for (int c = 0; c < 3; ++c)
+      if (const Index v = model.cloth.triangles(t, c); touch[v]) forced[surface(v)] = 1, any = true;
+  if (!any) return;
+  for (Index v = 0; v < model.cloth.n_vertices; ++v) touch[v] &= forced[surface(v)];
+  near.forced = std::move(forced), near.yields = std::move(touch);
 }
 
 }  // namespace

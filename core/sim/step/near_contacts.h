@@ -24,13 +24,13 @@ struct NearContacts {
   bool any_terms = false;      // some rank has terms of contacts
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
-  // Cloths whose strain limits are forced: at the start, triangles that touch a scripted surface
-  // exceed their limits by more than limit_margin(). `forced` lists the vertices of these cloths,
-  // and yields[v] is 1 for those that touch a scripted surface. Both are empty if there are none.
-  std::vector<Index> forced;
-  std::vector<std::uint8_t> yields;  // (n)
-  double energy = 0.0;               // of all contacts at the start, known after certification [J]
-  Tangle tangle;                     // intersections at the start
+  // forced[s] is 1 if surface s is a cloth whose strain limits are forced: at the start, triangles
+  // of it that touch a scripted surface exceed their limits by more than limit_margin(). yields[v]
+  // is 1 if cloth vertex v belongs to such a cloth and touches a scripted surface. Both are empty
+  // if no limits are forced.
+  std::vector<std::uint8_t> forced, yields;
+  double energy = 0.0;  // of all contacts at the start, known after certification [J]
+  Tangle tangle;        // intersections at the start
   // (vertices x 3) predicted velocities of collision vertices [m/s]; set only if the integrator
   // handles contacts at events
   Points v0;

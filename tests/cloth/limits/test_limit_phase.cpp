@@ -124,6 +124,38 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its limit most") {
+  ClothMaterial material;
+  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
+  material.poisson = 0.0;
+  Sheet s = make_sheet(material);
+  StrainLimit limit;
+  limit.weft = limit.warp = 0.1;
+  LimitPhase phase = phase_of(s, limit);
+  const std::vector<std::uint8_t> yields(s.mesh.n_vertices(), 1);
+  // Returns the tension that the phases add at these strains along weft and warp [N].
+  const auto added = [&](double weft, double warp, const std::uint8_t* yielding) {
+    Points x = stretched(s.mesh, weft);
+    x.col(1) *= 1.0 + warp;
+    s.membrane.set_phase(nullptr, nullptr);
+    const double elastic = tension(s, x);
+    phase.enter({}, x, 0, s.mesh.n_vertices(), yielding);
+    s.membrane.set_phase(phase.table(), phase.entered());
+    return tension(s, x) - elastic;
+  };
+  CHECK(added(0.0905, 0.0, yields.data()) == added(0.0905, 0.0, nullptr));  // below the bound
+  for (const double strain : {0.095, 0.12, 0.2}) {
+    // `beyond` is the bound on the stress divided by 300 times the modulus: 0.02 of its value at
+    // the start of the fourth phase, 10.5 times the margin, plus 0.2 of the strain in the phases.
+    const double beyond = 0.02 * 10.5 * 0.01 + 0.2 * (strain - 0.09);
+    const double expected = 0.2 * 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
+    CHECK(added(strain, 0.0, yields.data()) == Approx(expected).epsilon(1e-9));
+    // Warp exceeds its limit more, so weft does not yield.
+    CHECK(added(strain, strain + 0.01, yields.data()) ==
+          Approx(added(strain, strain + 0.01, nullptr)).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("rotating the cloth does not change its phases") {
   Sheet s = make_sheet(orthotropic());
   const Points x = deformed(s.mesh, 3);
