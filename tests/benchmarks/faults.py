@@ -11,6 +11,7 @@ not repeated, so an interrupted benchmark continues. docs/reliability.md lists t
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import resource
 import shutil
@@ -93,8 +94,13 @@ def fewer(count: int, scale: float) -> int:
     return max(1, round(count * scale))
 
 
+@functools.cache
+def reference_run(place: Path) -> Whole:
+    return Whole(place)
+
+
 def on_runs(count: int, trial: Callable[[Whole, Path, int], str], place: Path) -> Trials:
-    whole = Whole(place)
+    whole = reference_run(place)
     for seed in range(count):
         out = place / f"run-{seed}"
 
@@ -123,7 +129,7 @@ def files(place: Path, scale: float) -> Trials:
     """At full scale, 2,000 damaged files for each reader; a batch of 100 counts as one trial."""
     kept = place / "originals"
     kept.mkdir(exist_ok=True)
-    for name, content in fault_trials.originals(Whole(place)).items():
+    for name, content in fault_trials.originals(reference_run(place)).items():
         (kept / name).write_bytes(content)
     size = 100 if scale > 0.05 else 10
     for reader in READERS:

@@ -19,7 +19,7 @@ from ..pictures.notebook import picture_of_frame, remember
 from .magnet_record import magnets_from_record
 from .scene_file import SceneFile
 from .stacked import Stacked
-from .steps import read_steps
+from .steps import read_steps, refuse_sweep
 from .stored_scene import read_scene
 
 __all__ = ["Run"]
@@ -47,6 +47,7 @@ class Run:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         if Path(path).is_dir() and not (Path(path) / "run.vtkhdf").exists():
+            refuse_sweep(path)
             raise CacheError(
                 f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run"
             )

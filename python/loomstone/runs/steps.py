@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 from .._core import CacheError, StepReport
 from .tables import read_table, write_table
 
-__all__ = ["Columns", "StepTable", "names_of_summary", "read_steps", "summary_of_steps"]
+__all__ = [
+    "Columns",
+    "StepTable",
+    "names_of_summary",
+    "read_steps",
+    "refuse_sweep",
+    "summary_of_steps",
+]
 
 
 class StepTable:
@@ -141,6 +148,16 @@ class Columns(dict[str, NDArray[Any]]):
         return f"<{len(self)} columns of {length} steps: {', '.join(self)}>"
 
 
+def refuse_sweep(directory: str | os.PathLike[str]) -> None:
+    """Raises CacheError if the directory holds the runs of a sweep, and names one of them."""
+    path = Path(directory)
+    if not (path / "sweep.json").exists():
+        return
+    runs = sorted(file.parent for file in path.glob("*/run.vtkhdf"))
+    example = f", such as {runs[0]}" if runs else ""
+    raise CacheError(f"{path}: holds a sweep; give the directory of one of its runs{example}")
+
+
 def read_steps(directory: str | os.PathLike[str]) -> Columns:
     """Returns the columns of steps.csv by name, with one entry per step.
 
@@ -148,6 +165,7 @@ def read_steps(directory: str | os.PathLike[str]) -> Columns:
     """
     path = Path(directory) / "steps.csv"
     if not path.exists():
+        refuse_sweep(directory)
         raise CacheError(
             f"{path}: no table of steps; give the directory of a run made by `loomstone run`"
         )

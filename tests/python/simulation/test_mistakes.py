@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from loomstone import cli
 from loomstone.runs.scene_file import SceneFile
+from loomstone.sweeps.plan import claim
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
 FACES = [[0, 1, 2], [1, 3, 2]]
@@ -370,6 +371,20 @@ def test_files_that_are_something_else_are_refused(loomstone, tmp_path):
     ]:
         code, told = loomstone(*arguments)
         assert code == 1 and told.err.count("\n") == 1 and said in told.err, told.err
+
+
+def test_commands_for_runs_refuse_the_directory_of_a_sweep_and_name_a_run(loomstone, tmp_path):
+    sweep = tmp_path / "sweep"
+    claim(sweep, {"scene": ""})
+    for command in ("info", "render", "plot", "check", "resume", "export"):
+        code, told = loomstone(command, sweep)
+        assert code == 1 and told.err == (
+            f"loomstone: {sweep}: holds a sweep; give the directory of one of its runs\n"
+        )
+    run = sweep / "size-0.1"
+    run.mkdir()
+    (run / "run.vtkhdf").write_bytes(b"")
+    assert loomstone("info", sweep)[1].err.endswith(f"one of its runs, such as {run}\n")
 
 
 def test_mistakes_about_a_run_are_reported(loomstone, tmp_path):
