@@ -135,6 +135,11 @@ Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Poin
                                                     Index end, const std::uint8_t* yields) {
   if (!limit_phase_) return {};
   limit_phase_->enter(team, x, begin, end, yields);
+  return last_limit_phase();
+}
+
+Elasticity::LimitPhaseScope Elasticity::last_limit_phase() {
+  if (!limit_phase_) return {};
   membrane_.set_phase(limit_phase_->table(), limit_phase_->entered());
   return LimitPhaseScope(membrane_);
 }

@@ -80,6 +80,8 @@ class Elasticity {
   // LimitPhase::enter(). Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr);
+  // Includes the phases that the last call of limit_phase() determined.
+  LimitPhaseScope last_limit_phase();
 
   // Adds a strain-limiting potential to the energy and the forces, but not to the matrix (see
   // Membrane::add_limits).

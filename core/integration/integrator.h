@@ -112,8 +112,8 @@ class Integrator {
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;            // true: the scheme accepts extra terms
   virtual bool damps() const { return false; }  // true: the scheme is implicit Euler
-  // Time after the start of the step at which an implicit scheme evaluates forces, as a fraction of
-  // the step [1].
+  // Time after the start of the step at which an implicit scheme evaluated forces in the last call
+  // of advance(), as a fraction of the step [1].
   virtual double time_of_forces() const { return 1.0; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }

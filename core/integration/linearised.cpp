@@ -38,6 +38,7 @@ class LinearisedIntegrator final : public Integrator {
   LinearisedIntegrator(Scheme scheme, const ImplicitOptions& options, const ClothModel& model,
                        Elasticity& elasticity)
       : scheme_(scheme),
+        taken_(scheme),
         kind_(options.jacobian),
         model_(model),
         elasticity_(elasticity),
@@ -55,7 +56,7 @@ class LinearisedIntegrator final : public Integrator {
   }
   bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
-  double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
+  double time_of_forces() const override { return taken_ == Scheme::Midpoint ? 0.5 : 1.0; }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
@@ -64,6 +65,7 @@ class LinearisedIntegrator final : public Integrator {
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
+    taken_ = scheme;
     const SchemeCoefficients c = coefficients(scheme, inputs.step, ratio);
     const BodyRows bodies(inputs.step, c);
     body_mass_ = bodies.masses(inputs.body_mass);
@@ -297,6 +299,7 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   Scheme scheme_;
+  Scheme taken_;  // scheme of the last step; without history, BDF-2 takes a midpoint step
   JacobianKind kind_;
   const ClothModel& model_;
   Elasticity& elasticity_;

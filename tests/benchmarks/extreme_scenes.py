@@ -157,6 +157,40 @@ def sleeve(
     )
 
 
+def wrung() -> ls.Scene:
+    """A sleeve with strain limits of 5 % (shear: 10 %) whose lower rim turns by 360 degrees in 1 s.
+
+    The rims approach each other by 0.08 m meanwhile.
+    """
+    mesh = tube(0.08, 0.08, 0.3, (40, 29))
+    places = np.asarray(mesh.vertices)
+    rims = [np.flatnonzero(np.abs(places[:, 2] - z) < 1e-9) for z in (0.0, places[:, 2].min())]
+    times = np.linspace(0.0, 1.0, 101)
+    angles = 2.0 * np.pi * times[:, None]
+    x, y, z = places[rims[1]].T
+    turned = np.stack(
+        [
+            np.cos(angles) * x - np.sin(angles) * y,
+            np.sin(angles) * x + np.cos(angles) * y,
+            z + 0.08 * times[:, None],
+        ],
+        axis=2,
+    )
+    still = np.broadcast_to(places[rims[0]], (len(times), len(rims[0]), 3))
+    return ls.Scene(
+        cloths=[
+            ls.Cloth(
+                mesh=mesh,
+                material=ls.fabrics["cotton"],
+                pins=np.concatenate(rims),
+                script_times=times,
+                script_positions=np.concatenate([still, turned], axis=1),
+                strain_limit=ls.StrainLimit(0.05, 0.05, 0.1),
+            )
+        ]
+    )
+
+
 def heap(towels: int) -> ls.Scene:
     """Towels that fall onto one another."""
     random = np.random.default_rng(0)

@@ -85,10 +85,24 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
+// Returns the forces of limit phases in owned rows (n x 3) in the solve, which leads from `start`
+// to `end` [N].
+Points limit_forces(const Points& start, const Points& end, Engines& engines) {
+  const auto at = [&](double share) {
+    const Points x = start + share * (end - start);
+    const Points without = inner_forces(x, nullptr, engines);
+    const auto phase = engines.elasticity->last_limit_phase();
+    return Points(inner_forces(x, nullptr, engines) - without);
+  };
+  const double time = engines.integrator->time_of_forces();
+  if (engines.integrator->asks_energy()) return at(time);
+  return at(0.0) + time * (at(0.5) - at(-0.5));
+}
+
 // Returns the work of scripts that move prescribed vertices [J]. The work that these vertices do
 // through contacts is not included.
-double work_of_pins(const Loads& loads, const Points& viscous, const State& state,
-                    Engines& engines) {
+double work_of_pins(const Loads& loads, const Points& viscous, const Solved& solved,
+                    const State& state, Engines& engines) {
   if (!pins_move(engines, loads, state)) return 0.0;
   const ClothModel& cloth = engines.model.cloth;
   const Points start = loads.x0.topRows(cloth.n_vertices);
@@ -96,6 +110,7 @@ double work_of_pins(const Loads& loads, const Points& viscous, const State& stat
                         inner_forces(state.cloth.x, nullptr, engines)) +
                  loads.force.whole(cloth.n_vertices);
   if (viscous.rows() > 0) force += viscous;
+  if (engines.limits_in_solve) force += limit_forces(start, solved.positions(state.cloth), engines);
   return sum_over_rows(engines, [&](Index i) {
     if (!cloth.prescribed[i]) return 0.0;
     const double kinetic =
@@ -236,7 +251,7 @@ PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts&
   }
   const Points viscous = viscous_forces(part, loads, solved, state, engines);
   work.loads += work_of_loads(loads, state, engines) + on_bodies;
-  work.scripts += work_of_pins(loads, viscous, state, engines);
+  work.scripts += work_of_pins(loads, viscous, solved, state, engines);
   if (viscous.rows() > 0) {
     const Points& end = solved.positions(state.cloth);
     work.damping = sum_over_rows(

@@ -196,6 +196,47 @@ TEST_CASE("strain limits account for the energy that their sweeps take") {
   CHECK(std::abs(report.account.withheld) < 1e-3 * std::abs(start - end));
 }
 
+TEST_CASE("pins that lift a sheet at its strain limit do the work that its weight needs") {
+  // The weight stretches the sheet by a tenth without limits, and by a fiftieth with them.
+  Scene scene = sheet();
+  Cloth& cloth = scene.cloths[0];
+  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 3.0;
+  cloth.material.shear_stiffness = 1.0;
+  cloth.strain_limit = StrainLimit{};
+  cloth.strain_limit->weft = 0.02;
+  scene.gravity = Vec3(9.81, 0, 0);
+  scene.collisions = false;
+  const Index n = static_cast<Index>(cloth.pins.size());
+  constexpr int n_times = 51;
+  cloth.script_positions.resize(n_times * n, 3);
+  for (int time = 0; time < n_times; ++time) {
+    const double share = static_cast<double>(time) / (n_times - 1);
+    cloth.script_times.push_back(0.5 + 0.5 * share);
+    for (Index i = 0; i < n; ++i)
+      cloth.script_positions.row(time * n + i) =
+          cloth.mesh->vertices().row(cloth.pins[i]) -
+          0.2 * share * share * (3.0 - 2.0 * share) * Eigen::RowVector3d::UnitX();
+  }
+  const auto kept = [](const StepReport& r) {
+    return r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.gravity;
+  };
+  struct Case {
+    const char* method;
+    double step, tolerance;  // the tolerance covers the vibrations of undamped schemes
+  };
+  for (const Case& c : {Case{"semi-implicit-euler", 4e-3, 0.01}, Case{"backward-euler", 4e-3, 0.01},
+                        Case{"implicit-midpoint", 1e-3, 0.1}, Case{"bdf2", 1e-3, 0.2}}) {
+    Simulation sim(scene, step_of(c.step, c.method), 1);
+    while (sim.time() < 0.5 - 1e-9) sim.step();
+    const double before = kept(sim.report()), scripts = sim.report().account.scripts;
+    while (sim.time() < 1.1) sim.step();
+    const StepReport& report = sim.report();
+    CAPTURE(c.method, report.limits.weft_excess, report.account.limits);
+    CHECK(report.account.scripts - scripts ==
+          Approx(kept(report) - before).epsilon(c.tolerance));
+  }
+}
+
 TEST_CASE("certification accounts for the energy of a sheet that it stops") {
   Scene scene = sheet();
   Cloth& cloth = scene.cloths[0];
