@@ -1,5 +1,5 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
-heaps, and a tight sleeve.
+heaps, a tight sleeve, and a wrung tube.
 
 certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py checks
 their motion.

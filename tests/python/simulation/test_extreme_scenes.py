@@ -1,4 +1,4 @@
-"""Tests of pins that jump, bodies much heavier than cloth, heaps of cloth, and a tight sleeve."""
+"""Tests of pins that jump, heavy bodies, heaps of cloth, a tight sleeve and a wrung tube."""
 
 from typing import Literal
 
@@ -6,7 +6,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from certify import perturbed
-from extreme_scenes import caught, curtains, heap, sleeve
+from extreme_scenes import caught, curtains, heap, sleeve, wrung
 from loomstone.runs.verification import count_intersections
 
 
@@ -103,8 +103,13 @@ def test_a_heap_of_towels_comes_to_rest(step: Literal["auto"] | float) -> None:
     assert last < 1e-6 * peak
 
 
-def test_a_tight_sleeve_stretches_only_around_the_capsule() -> None:
-    sim = ls.Simulation(sleeve(), threads=1)
+# The sleeve sticks and slips. Automatic steps vary in length, and the excess along warp then varies
+# from start to start.
+@pytest.mark.parametrize(("step", "most_along_warp"), [("auto", 0.04), (4e-3, 0.02)])
+def test_a_tight_sleeve_stretches_only_around_the_capsule(
+    step: float | Literal["auto"], most_along_warp: float
+) -> None:
+    sim = ls.Simulation(sleeve(), integrator=ls.SemiImplicitEuler(step=step), threads=1)
     weft, warp, iterations = [], [], 0
     while sim.time < 0.8:
         sim.step()
@@ -118,7 +123,22 @@ def test_a_tight_sleeve_stretches_only_around_the_capsule() -> None:
     # The limits are 0.05. The capsule, with half the thickness of the cloth, asks for 0.112 along
     # weft and for nothing along warp. Triangles at its tip exceed these values for single steps.
     assert np.median(weft) < 0.07
-    assert np.median(warp) < 0.03
-    # The motion takes 60,000 iterations, and 12,000 without limits. If the phases of the limits
+    assert np.median(warp) < most_along_warp
+    # The motion takes 40,000 iterations, and 12,000 without limits. If the phases of the limits
     # fought the capsule, it would take millions.
-    assert iterations < 150_000
+    assert iterations < 100_000
+
+
+def test_a_tube_with_limits_is_wrung_in_long_steps() -> None:
+    sim = ls.Simulation(wrung(), threads=1)
+    while sim.time < 1.0:
+        sim.step()
+        report = sim.report
+        assert report.contacts.intersections == 0
+        assert report.contacts.unresolved == 0
+        # The limits also allow a fifth of 0.05.
+        assert max(report.limits.weft_excess, report.limits.warp_excess) < 0.01
+    # Contacts shorten steps in which they create energy. The rims do much work on the tube through
+    # its strain limits. If the account left it out, thousands of steps would be shortened.
+    assert sim.step_index < 600
+    assert sim.report.account.contact_balance < 0.0

@@ -232,8 +232,7 @@ TEST_CASE("pins that lift a sheet at its strain limit do the work that its weigh
     while (sim.time() < 1.1) sim.step();
     const StepReport& report = sim.report();
     CAPTURE(c.method, report.limits.weft_excess, report.account.limits);
-    CHECK(report.account.scripts - scripts ==
-          Approx(kept(report) - before).epsilon(c.tolerance));
+    CHECK(report.account.scripts - scripts == Approx(kept(report) - before).epsilon(c.tolerance));
   }
 }
 
