@@ -10,8 +10,9 @@ namespace loomstone {
 // Returns whether two tables are bitwise equal. Zeros of different sign differ, and NaNs with the
 // same bits are equal.
 inline bool same_bits(const Points& a, const Points& b) {
+  const std::size_t n_bytes = sizeof(double) * static_cast<std::size_t>(a.size());
   return a.rows() == b.rows() &&
-         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+         (n_bytes == 0 || std::memcmp(a.data(), b.data(), n_bytes) == 0);
 }
 
 }  // namespace loomstone

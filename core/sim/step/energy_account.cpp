@@ -9,9 +9,10 @@ namespace loomstone {
 
 namespace {
 
-// Energy that contacts may create by the end of a part, as a fraction of the largest kinetic energy
-// so far, if ImplicitOptions::accuracy is 1. The accuracy multiplies this tolerance. Our choice: in
-// 27 falls of towels on a floor, the gain is then at most 0.021 (docs/experiments/energy.md).
+// Energy that contacts may create by the end of a part, if ImplicitOptions::accuracy is 1, as a
+// fraction of the largest kinetic energy so far or, if that is larger, of the energy of contacts at
+// the start of the part. The accuracy multiplies this tolerance. Our choice: in 27 falls of towels
+// on a floor, the gain is then at most 0.021 (docs/experiments/energy.md).
 constexpr double gain_tolerance = 0.02;
 // A part is shortened to the largest length for which the energy that contacts are expected to
 // create is at most this fraction of the tolerated energy, or to the shortest permitted length.
@@ -119,7 +120,8 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const int least = squeezed ? StepPart::quarter : StepPart::least;
   if (part.length <= least) return part.length;
   const EnergyAccount& account = state.account;
-  const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
+  const double scale = std::max(account.largest_kinetic, near.energy);
+  const double tolerated = gain_tolerance * *engines.accuracy * scale;
   Elasticity& elasticity = *engines.elasticity;
   const double energy = energy_at_end(state, part.t1, engines);
   if (energy - near.energy <= tolerated) return part.length;

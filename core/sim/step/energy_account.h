@@ -30,9 +30,10 @@ void report_account(const State& state, StepReport& report);
 // is tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart).
 // Contacts create energy if surfaces approach each other within a part, because the contact force
 // begins only at the end of the part. By then, the surfaces may be much closer than their
-// thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the step
-// is not automatic and scripted surfaces move, no part is shortened to less than a quarter of the
-// step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
+// thickness. The tolerated energy is a fraction of the largest kinetic energy so far or, if that is
+// larger, of the energy of contacts at the start of the part: scripted surfaces may press still
+// cloth together. If the step is not automatic and scripted surfaces move, no part is shortened to
+// less than a quarter of the step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
 // remain unresolved. know_contacts() should have been called; otherwise contacts are found again.
 // With asynchronous steps, certification creates energy if it stretches cloth at impacts that
 // events have missed. `gained` is the energy that it added [J]. A part that gains too much is
