@@ -11,8 +11,7 @@ namespace loomstone {
 // same bits are equal.
 inline bool same_bits(const Points& a, const Points& b) {
   const std::size_t n_bytes = sizeof(double) * static_cast<std::size_t>(a.size());
-  return a.rows() == b.rows() &&
-         (n_bytes == 0 || std::memcmp(a.data(), b.data(), n_bytes) == 0);
+  return a.rows() == b.rows() && (n_bytes == 0 || std::memcmp(a.data(), b.data(), n_bytes) == 0);
 }
 
 }  // namespace loomstone

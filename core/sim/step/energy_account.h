@@ -33,11 +33,11 @@ void report_account(const State& state, StepReport& report);
 // thickness. The tolerated energy is a fraction of the largest kinetic energy so far or, if that is
 // larger, of the energy of contacts at the start of the part: scripted surfaces may press still
 // cloth together. If the step is not automatic and scripted surfaces move, no part is shortened to
-// less than a quarter of the step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
-// remain unresolved. know_contacts() should have been called; otherwise contacts are found again.
-// With asynchronous steps, certification creates energy if it stretches cloth at impacts that
-// events have missed. `gained` is the energy that it added [J]. A part that gains too much is
-// halved, unless it has the shortest permitted length.
+// less than a quarter of the step. In shorter parts, impacts between cloth and scripted surfaces
+// that close on it quickly remain unresolved. know_contacts() should have been called; otherwise
+// contacts are found again. With asynchronous steps, certification creates energy if it stretches
+// cloth at impacts that events have missed. `gained` is the energy that it added [J]. A part that
+// gains too much is halved, unless it has the shortest permitted length.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from ..integrators import from_record, step_text
-from ..pictures.plots import ROUNDING
+from ..pictures.plots import ROUNDING, scale_of_gains
 from ..pictures.renderer import Renderer
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
@@ -273,13 +273,21 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
     if any(work.values()):
         lines.append(f"work: {listed(work)}")
     lines.append(f"losses: {listed(account) or '0 J'}")
+    scale, relative_to = _scale_of_gains(summary)
+    kinetic = summary["largest_kinetic_energy"]
+    most, with_contacts, at_end = (
+        _ratio(summary[name] * kinetic / scale)
+        for name in ("largest_energy_balance", "largest_contact_balance", "energy_balance_at_end")
+    )
     lines.append(
-        f"rise of energy minus work: at most {_ratio(summary['largest_energy_balance'])}"
-        f" ({_ratio(summary['largest_contact_balance'])} with contacts),"
-        f" {_ratio(summary['energy_balance_at_end'])} at the end, relative to the largest kinetic"
-        f" energy, {summary['largest_kinetic_energy']:.3g} J"
+        f"rise of energy minus work: at most {most} ({with_contacts} with contacts), {at_end} at"
+        f" the end, relative to the {relative_to}, {scale:.3g} J"
     )
     return lines
+
+
+def _scale_of_gains(summary: dict[str, Any]) -> tuple[float, str]:
+    return scale_of_gains(summary["largest_kinetic_energy"], summary["account_at_end"]["scripts"])
 
 
 def _ratio(value: float) -> str:
@@ -288,15 +296,18 @@ def _ratio(value: float) -> str:
 
 
 def _gain_lines(report: dict[str, Any]) -> list[str]:
-    lines = []
+    lines: list[str] = []
+    if not report.get("largest_kinetic_energy"):
+        return lines
+    scale, relative_to = _scale_of_gains(report)
     for name, tolerated, which in (
         ("largest_energy_balance", 0.02, ""),
         ("largest_contact_balance", 0.05, " (including that of contacts)"),
     ):
-        if report.get(name, 0.0) > tolerated:
+        rise = report[name] * report["largest_kinetic_energy"] / scale
+        if rise > tolerated:
             lines.append(
-                f"energy{which} minus work rose by {100 * report[name]:.3g} % of the largest"
-                " kinetic energy"
+                f"energy{which} minus work rose by {100 * rise:.3g} % of the {relative_to}"
             )
     return lines
 

@@ -14,7 +14,7 @@ from .._core import InvalidInput
 from ..base.arguments import takes
 from ..base.figures import new_figure, save_figure
 
-__all__ = ["KINDS", "ROUNDING", "plot_steps"]
+__all__ = ["KINDS", "ROUNDING", "plot_steps", "scale_of_gains"]
 
 Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
@@ -24,6 +24,9 @@ LEAST_SHARE = 1e-3
 
 # Energies up to this fraction of the largest count as rounding errors and are left out. Our choice.
 ROUNDING = 1e-12
+
+# Cloth hardly moves if its kinetic energy is less than this fraction of the work of scripts.
+STILL = 1e-3
 
 # Width and height of a figure without its legend, and height of a row of the legend [inches].
 SIZE = (8.0, 4.5)
@@ -102,6 +105,17 @@ def _add_legend(figure: Any, axes: Any) -> None:
     figure.legend(loc="outside lower center", ncols=columns, fontsize="small")
 
 
+def scale_of_gains(largest_kinetic: float, scripts: float) -> tuple[float, str]:
+    """Returns the energy with which gains of energy are compared [J], and its name.
+
+    This is the largest kinetic energy. If cloth hardly moves while scripts press or stretch it, it
+    is their work.
+    """
+    if largest_kinetic < STILL * abs(scripts):
+        return abs(scripts), "work of scripts"
+    return largest_kinetic, "largest kinetic energy"
+
+
 def _energy(axes: Any, steps: Steps) -> None:
     energies = {
         name.removeprefix("energy."): values
@@ -119,11 +133,12 @@ def _energy(axes: Any, steps: Steps) -> None:
     _lines(axes, steps, [f"account.{name}" for name in losses], least, linestyle=":")
     kinetic = steps["account.largest_kinetic"]
     if kinetic.any():
-        gain = steps["account.balance"] * kinetic / kinetic.max()
-        with_contacts = steps["account.contact_balance"] * kinetic / kinetic.max()
+        scale, relative_to = scale_of_gains(kinetic.max(), steps["account.scripts"][-1])
+        gain = steps["account.balance"] * kinetic / scale
+        with_contacts = steps["account.contact_balance"] * kinetic / scale
         axes.set_title(
             f"rise of energy minus work: at most {gain.max():.1%} ({with_contacts.max():.1%}"
-            f" with contacts), {gain[-1]:.1%} at the end,\nrelative to the largest kinetic energy",
+            f" with contacts), {gain[-1]:.1%} at the end,\nrelative to the {relative_to}",
             fontsize="small",
         )
     axes.set_ylabel("energy [J]")
