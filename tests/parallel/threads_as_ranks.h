@@ -5,10 +5,10 @@
 #include <chrono>
 #include <mutex>
 #include <random>
-#include <thread>
 #include <vector>
 
 #include "core/parallel/mailbox.h"
+#include "tests/support/lasting_threads.h"
 
 namespace loomstone::testing {
 
@@ -77,9 +77,7 @@ class ThreadMailboxes {
 // Calls body(rank) on `size` threads at the same time.
 template <class Body>
 void on_ranks(int size, Body&& body) {
-  std::vector<std::thread> threads;
-  for (int rank = 0; rank < size; ++rank) threads.emplace_back([&, rank] { body(rank); });
-  for (std::thread& thread : threads) thread.join();
+  test::run_together(size, body);
 }
 
 }  // namespace loomstone::testing

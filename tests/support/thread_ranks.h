@@ -9,10 +9,10 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/parallel/communicator.h"
+#include "tests/support/lasting_threads.h"
 
 namespace loomstone::test {
 
@@ -107,16 +107,13 @@ inline void on_ranks(int n,
                      const std::function<void(const std::shared_ptr<const Communicator>&)>& work) {
   ThreadHub hub(n);
   std::vector<std::exception_ptr> failures(n);
-  std::vector<std::thread> threads;
-  for (int rank = 0; rank < n; ++rank)
-    threads.emplace_back([&, rank] {
-      try {
-        work(std::make_shared<const ThreadRank>(rank, hub));
-      } catch (...) {
-        failures[rank] = std::current_exception();
-      }
-    });
-  for (std::thread& thread : threads) thread.join();
+  run_together(n, [&](int rank) {
+    try {
+      work(std::make_shared<const ThreadRank>(rank, hub));
+    } catch (...) {
+      failures[rank] = std::current_exception();
+    }
+  });
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
 }
