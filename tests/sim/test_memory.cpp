@@ -130,6 +130,10 @@ TEST_CASE("the parts of the memory add up to what the simulation has allocated")
   };
   const Scene scene = sheets(60);
   const double before = allocated();
+  if (before == 0.0) {
+    WARN("not tested: a sanitizer replaces malloc, which then counts nothing");
+    return;
+  }
   Simulation simulation(scene, test::step_of(4e-3), 1);
   for (int i = 0; i < 3; ++i) simulation.step();
   double counted = 0.0;
