@@ -80,7 +80,7 @@ class Elasticity {
   // LimitPhase::enter(). Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr);
-  // Includes the phases that the last call of limit_phase() determined.
+  // Returns a guard like that of limit_phase(), for the phases that its last call determined.
   LimitPhaseScope last_limit_phase();
 
   // Adds a strain-limiting potential to the energy and the forces, but not to the matrix (see

@@ -16,8 +16,8 @@ struct CoilForces {
   // (coils) Wrenches due to each coil, without `pairs` [N/A, N m/A]. The interaction of two coils
   // with given currents is part of the entry of the later coil.
   std::vector<CarrierWrenches> per_ampere;
-  // Interactions of circuits: direct ones, unless both are on one carrier or on obstacles at rest,
-  // and those through magnetised bodies.
+  // Interactions of pairs of circuits: those through magnetised bodies, and the direct ones. Two
+  // circuits on one carrier, or on obstacles at rest, have no direct interaction.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };

@@ -34,7 +34,7 @@ double work_of_obstacles(double duration, const std::vector<Twist>& twists,
   return work;
 }
 
-// Copies poses and velocities, but not the contact points.
+// Copies poses and velocities, but not RigidState::manifolds.
 void put_back(const RigidState& from, RigidState& to) {
   to.positions = from.positions, to.orientations = from.orientations;
   to.velocities = from.velocities, to.angular_velocities = from.angular_velocities;

@@ -115,8 +115,8 @@ class NeighbourLists {
   // update() makes the lists again.
   void widen(double extra);
 
-  // Collective. After update() and make_ended(), the lists contain all pairs of features closer
-  // than the thickness at x, except those of unlisted surface pairs.
+  // Collective. After update() and make_ended(), the lists contain all pairs of features whose
+  // distance at positions x is less than the thickness, except those of unlisted surface pairs.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 

@@ -13,7 +13,7 @@ namespace {
 // constants are in m/s^2. Our choice: half of a sheet of 0.2 m comes back within 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
-// Motion of a surface as if it were rigid.
+// A surface that is treated as a rigid body: its inertia, its motion, and its response to forces.
 struct RigidSurface {
   double inverse_mass = 0.0;  // [1/kg], 0: does not accelerate
   Mat3 inverse_inertia = Mat3::Zero();

@@ -28,8 +28,8 @@ struct AppliedField {
   Vector fluxes;                     // flux through each panel [T m^2]
 };
 
-// The pose of the body with the panels, the magnets and coils that act on it, and the uniform flux
-// density in world axes [T].
+// Sources of the applied field: the magnets and coils `by`, and a uniform flux density in world
+// axes [T]. `pose` is the pose of the body that has the panels.
 struct AppliedSources {
   const RigidPose& pose;
   const std::vector<MagneticBody>& by;

@@ -65,7 +65,8 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_leaves_the_e
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
         # Leaves out short chords, which occur at surfaces, where lines have kinks.
         long = np.linalg.norm(chords, axis=1) > 1e-4
-        # The tangent turns by at most about 0.1 rad between neighbouring points.
+        # The tangent turns by about 0.1 rad at most between neighbouring points. The angle between
+        # successive chords is of this size; the bound leaves a margin.
         assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
 
 
