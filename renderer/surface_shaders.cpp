@@ -47,8 +47,8 @@ vec4 encode(vec3 linear) {   // to sRGB, with noise of up to half an 8-bit step 
   return vec4(c + noise / 255.0, 1.0);
 }
 
-// Compresses values above 0.7 into the range from 0.7 to 1, so that bright surfaces and highlights
-// are not clipped to flat white.
+// Encodes a linear colour after compressing values above 0.7 into the range from 0.7 to 1, so that
+// bright surfaces and highlights are not clipped to flat white.
 vec4 toned(vec3 linear) {
   vec3 bright = 1.0 - 0.3 * exp(-max(vec3(0.0), linear - 0.7) / 0.3);
   return encode(mix(linear, bright, step(0.7, linear)));

@@ -96,8 +96,8 @@ Points force_at(Membrane& membrane, const Points& x) {
   return force;
 }
 
-// A triangle that is stretched and sheared. Over the stretches of the tests, its strains reach all
-// three phases of the membrane (see LimitMode).
+// A triangle that is stretched and sheared. With the stretches that the tests use, its strains
+// reach all three phases of the membrane (see LimitMode).
 ClothRun stretched_triangle(const Asynchronous& options, double stretch, bool by_edges) {
   Points corners(3, 3);
   corners << 0, 0, 0, 0.05, 0.01, 0, 0.01, 0.06, 0;

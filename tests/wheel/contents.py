@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 LARGEST = 60e6  # largest size of a wheel [bytes]
-# Libraries that a wheel must not contain: network code of HDF5, BLAS, LAPACK, the library of GNU
-# Fortran, LLVM and MPI.
+# Libraries that a wheel must not contain: BLAS, LAPACK, LLVM, MPI, the GNU Fortran runtime, and the
+# network libraries that HDF5 may use.
 UNWANTED = re.compile(
     r"lib(curl|krb5|gssapi|ssl|crypto|ldap|openblas|blas|lapack|gfortran|LLVM|.*mpi)"
 )

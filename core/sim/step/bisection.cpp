@@ -22,7 +22,7 @@ Bisection::Verdict Bisection::judge(const PartResult& result) {
     return failed && answer == Answer::Halve && part.length() > least;
   };
   const bool limits = result.broke_limits || result.stopped_for_limits;
-  // If only sweeps enforce the limits, and fallbacks have not withheld much of the motion, parts
+  // If only sweeps enforce the limits, and fallbacks have withheld at most 1 % of the motion, parts
   // shorter than a quarter of the step are not worth their cost. The remaining excess is reported.
   const bool worth = result.stopped_for_limits || limits_in_solve_;
   const int least_for_limits = worth ? StepPart::least : StepPart::quarter;
