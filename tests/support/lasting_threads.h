@@ -51,8 +51,7 @@ class LastingThread {
 inline void run_together(int n, const std::function<void(int)>& job) {
   omp_get_max_threads();  // the main thread becomes the first thread of OpenMP
   static auto& threads = *new std::vector<std::unique_ptr<LastingThread>>;
-  while (static_cast<int>(threads.size()) < n)
-    threads.push_back(std::make_unique<LastingThread>());
+  while (static_cast<int>(threads.size()) < n) threads.push_back(std::make_unique<LastingThread>());
   for (int i = 0; i < n; ++i) threads[i]->start([&job, i] { job(i); });
   for (int i = 0; i < n; ++i) threads[i]->wait();
 }
