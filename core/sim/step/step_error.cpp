@@ -32,6 +32,11 @@ constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0
 // step, because other motion, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 
+// Largest automatic step, as a fraction of the largest one, while strain limits are forced (see
+// NearContacts::forced). Our choice: triangles that come to touch an obstacle within a step yield
+// only in the next one, and until then pull the others along.
+constexpr double share_when_forced = 0.2;
+
 // Returns the relative error that is tolerated. The error of the motion is proportional to the
 // length of a step, and the neglected strain to its square. An accuracy of a half therefore
 // tolerates a quarter of the strain.
@@ -103,8 +108,8 @@ double automatic_step(double largest, const State& state, Engines& engines) {
   return std::clamp(h, largest / StepPart::whole, largest);
 }
 
-void expect_step(double largest, const SteppedState& start, double h, Engines& engines,
-                 State& state) {
+void expect_step(double largest, const SteppedState& start, double h, const NearContacts& near,
+                 Engines& engines, State& state) {
   if (!engines.error) return;
   double& next = state.cloth.expected_step;  // the length that the error of the last part allows
   if (engines.integrator->damps()) {
@@ -119,6 +124,7 @@ void expect_step(double largest, const SteppedState& start, double h, Engines& e
                         : state.contacts.anchors.empty() ? growth
                                                          : growth_in_contact;
   next = std::min(next, factor * h);
+  if (!near.forced.empty()) next = std::min(next, share_when_forced * largest);
 }
 
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,

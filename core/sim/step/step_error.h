@@ -6,6 +6,7 @@
 #include "core/base/report.h"
 #include "core/sim/step/bisection.h"
 #include "core/sim/step/loads.h"
+#include "core/sim/step/near_contacts.h"
 
 namespace loomstone {
 
@@ -40,9 +41,10 @@ void expect_part(const StepContext& part, const StepError& error, const Engines&
 double automatic_step(double largest, const State& state, Engines& engines);
 
 // After an automatic step of length h [s] from `start`, limits the length of the next one by the
-// damping of implicit Euler and by the allowed growth.
-void expect_step(double largest, const SteppedState& start, double h, Engines& engines,
-                 State& state);
+// damping of implicit Euler, by the allowed growth and, if strain limits were forced (`near`), by a
+// fraction of `largest`.
+void expect_step(double largest, const SteppedState& start, double h, const NearContacts& near,
+                 Engines& engines, State& state);
 
 // Records the error of a part in the report.
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,

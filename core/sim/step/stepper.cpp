@@ -123,7 +123,7 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   const StageTimer timer(report.seconds.check);
   ++state.step;
   state.time = report.time = span.t1;
-  if (steps_.automatic) expect_step(steps_.largest, outcome.start, span.h, engines_, state);
+  if (steps_.automatic) expect_step(steps_.largest, outcome.start, span.h, near_, engines_, state);
   report.length = span.h;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
   if (report.contacts.unresolved > 0) state.tangled = 2;

@@ -106,11 +106,15 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   if (!pins_move(engines, loads, state)) return 0.0;
   const ClothModel& cloth = engines.model.cloth;
   const Points start = loads.x0.topRows(cloth.n_vertices);
+  // The forces at the end are computed last, because the next part reuses them.
+  Points of_limits(0, 3);
+  if (engines.limits_in_solve)
+    of_limits = limit_forces(start, solved.positions(state.cloth), engines);
   Points force = 0.5 * (inner_forces(start, nullptr, engines) +
                         inner_forces(state.cloth.x, nullptr, engines)) +
                  loads.force.whole(cloth.n_vertices);
   if (viscous.rows() > 0) force += viscous;
-  if (engines.limits_in_solve) force += limit_forces(start, solved.positions(state.cloth), engines);
+  if (of_limits.rows() > 0) force += of_limits;
   return sum_over_rows(engines, [&](Index i) {
     if (!cloth.prescribed[i]) return 0.0;
     const double kinetic =

@@ -103,12 +103,8 @@ def test_a_heap_of_towels_comes_to_rest(step: Literal["auto"] | float) -> None:
     assert last < 1e-6 * peak
 
 
-# The sleeve sticks and slips. Automatic steps vary in length, and the excess along warp then varies
-# from start to start.
-@pytest.mark.parametrize(("step", "most_along_warp"), [("auto", 0.04), (4e-3, 0.02)])
-def test_a_tight_sleeve_stretches_only_around_the_capsule(
-    step: float | Literal["auto"], most_along_warp: float
-) -> None:
+@pytest.mark.parametrize("step", ["auto", 4e-3])
+def test_a_tight_sleeve_stretches_only_around_the_capsule(step: float | Literal["auto"]) -> None:
     sim = ls.Simulation(sleeve(), integrator=ls.SemiImplicitEuler(step=step), threads=1)
     weft, warp, iterations = [], [], 0
     while sim.time < 0.8:
@@ -123,8 +119,8 @@ def test_a_tight_sleeve_stretches_only_around_the_capsule(
     # The limits are 0.05. The capsule, with half the thickness of the cloth, asks for 0.112 along
     # weft and for nothing along warp. Triangles at its tip exceed these values for single steps.
     assert np.median(weft) < 0.07
-    assert np.median(warp) < most_along_warp
-    # The motion takes 40,000 iterations, and 12,000 without limits. If the phases of the limits
+    assert np.median(warp) < 0.02
+    # The motion takes 34,000 iterations, and 12,000 without limits. If the phases of the limits
     # fought the capsule, it would take millions.
     assert iterations < 100_000
 
