@@ -22,8 +22,8 @@ class Values {
   int count(const char* name) const { return static_cast<int>(number(name)); }
   const Vec3& vector(const char* name) const { return get<Vec3>(name); }
   const Points& points(const char* name) const { return get<Points>(name); }
-  const TriangleMesh& mesh() const { return *present(recipe_.mesh, "mesh"); }
-  const SourceRecipe& of() const { return *present(recipe_.of, "of"); }
+  const TriangleMesh& mesh() const { return present(recipe_.mesh.get(), "mesh"); }
+  const SourceRecipe& of() const { return present(recipe_.of.get(), "of"); }
 
  private:
   template <class T>
@@ -33,10 +33,10 @@ class Values {
         if (const T* found = std::get_if<T>(&value)) return *found;
     missing(name);
   }
-  template <class Pointer>
-  const Pointer& present(const Pointer& pointer, const char* name) const {
-    if (!pointer) missing(name);
-    return pointer;
+  template <class Part>
+  const Part& present(const Part* part, const char* name) const {
+    if (!part) missing(name);
+    return *part;
   }
   [[noreturn]] void missing(const char* name) const {
     fail<InvalidInput>("a recipe of \"{}\" must have {}", recipe_.kind, name);

@@ -220,7 +220,7 @@ RestCorners::RestCorners(const TriangleMesh& mesh, bool rest_from_uv, const std:
 
 Corners2 RestCorners::operator[](Index triangle) const {
   if (!mesh_->has_uv()) return flattened(*mesh_, triangle, weft_, Vec3::Zero());
-  const Corners2 from_uv = corners_of_uv(*mesh_, triangle);
+  Corners2 from_uv = corners_of_uv(*mesh_, triangle);
   if (rest_from_uv_) return from_uv;
   return flattened(*mesh_, triangle, weft_direction(*mesh_, triangle, from_uv),
                    corner(*mesh_, triangle, 0));

@@ -10,6 +10,12 @@ namespace {
 
 constexpr double ball_radius = 0.15, gap = 0.003, floor_height = -0.30;
 
+// Returns the position of vertex v in a square grid with edges of length `side` [m].
+Vec2 on_square(Index v, Index cells, double side) {
+  const Index column = v % (cells + 1), line = v / (cells + 1);
+  return {side * column / cells, side * line / cells};
+}
+
 void add_cloth(FrameTopology& topology, Index cells, double side) {
   const Index row = cells + 1;
   topology.cloth_names = {"cloth"};
@@ -32,7 +38,7 @@ void add_cloth(FrameTopology& topology, Index cells, double side) {
   for (Index t = 0; t < topology.triangles.rows(); ++t)
     for (int corner = 0; corner < 3; ++corner) {
       const Index v = topology.triangles(t, corner);
-      topology.corner_uv.row(3 * t + corner) << side * (v % row) / cells, side * (v / row) / cells;
+      topology.corner_uv.row(3 * t + corner) = on_square(v, cells, side).transpose();
     }
 }
 
@@ -121,8 +127,7 @@ DrapedScene draped_scene(Index cells, int subdivisions) {
   scene.frame.positions.resize(row * row, 3);
   const double radius = ball_radius + gap;
   for (Index v = 0; v < row * row; ++v) {
-    const Vec2 p =
-        Vec2(side * (v % row) / cells, side * (v / row) / cells) - Vec2::Constant(0.5 * side);
+    const Vec2 p = on_square(v, cells, side) - Vec2::Constant(0.5 * side);
     const double r = p.norm(), around = std::atan2(p.y(), p.x());
     const double angle = std::min(r / radius, leaves_at),
                  hanging = std::max(0.0, r - radius * leaves_at);
@@ -147,9 +152,10 @@ DrapedScene flat_scene(Index cells) {
   add_cloth(scene.topology, cells, 0.5);
   const Index row = cells + 1;
   scene.frame.positions.resize(row * row, 3);
-  for (Index v = 0; v < row * row; ++v)
-    scene.frame.positions.row(v) << 0.5 * (v % row) / cells - 0.25, 0.0,
-        0.5 * (v / row) / cells - 0.25;
+  for (Index v = 0; v < row * row; ++v) {
+    const Vec2 p = on_square(v, cells, 0.5) - Vec2::Constant(0.25);
+    scene.frame.positions.row(v) << p.x(), 0.0, p.y();
+  }
   add_fields(scene);
   return scene;
 }
