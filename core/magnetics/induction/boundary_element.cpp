@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "core/base/simd.h"
 #include "core/magnetics/sources/charged_panels.h"
 #include "core/magnetics/sources/constants.h"
 
@@ -122,10 +123,51 @@ Vector without_sum(const Vector& fluxes, const Vector& areas) {
 
 using Lu = Eigen::PartialPivLU<DenseMatrix>;
 
+// Points of a panel of a cuboid and of its seven mirror images, with one image in each lane.
+struct MirroredPoints {
+  alignas(64) double position[4][3][n_lanes];
+  double area[4][n_lanes];
+};
+
+// `points` are the points of n panels, followed by those of each of their seven mirror images.
+std::vector<MirroredPoints> mirrored(const std::vector<PointsOf>& points, Index n) {
+  std::vector<MirroredPoints> result(n);
+  for (Index j = 0; j < n; ++j) {
+    for (int m = 0; m < n_lanes; ++m) {
+      const PointsOf& from = points[j + m * n];
+      for (int k = 0; k < 4; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+          result[j].position[k][axis][m] = from.position[k][axis];
+        result[j].area[k][m] = from.area[k];
+      }
+    }
+  }
+  return result;
+}
+
+// Like flux_by_points(), for all images of `by` at once. Sets flux[m] to the flux of image m.
+template <class Lanes>
+LOOMSTONE_INLINE void fluxes_by_points(const PointsOf& on, const Vec3& normal,
+                                       const MirroredPoints& by, double* flux) {
+  Lanes sum{};
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      const auto distance = [&](int axis) LOOMSTONE_INLINE_LAMBDA {
+        return lanes_all<Lanes>(on.position[i][axis]) - lanes_load<Lanes>(by.position[k][axis]);
+      };
+      const Lanes x = distance(0), y = distance(1), z = distance(2);
+      const Lanes square = x * x + y * y + z * z;
+      sum += lanes_all<Lanes>(on.area[i]) * lanes_load<Lanes>(by.area[k]) *
+             (normal.x() * x + normal.y() * y + normal.z() * z) / (square * lanes_sqrt(square));
+    }
+  }
+  lanes_store(flux, sum / (4.0 * pi));
+}
+
 class CuboidBoundaryElements final : public BoundaryElements {
  public:
   CuboidBoundaryElements(const Team& team, const std::vector<FlatPanel>& panels)
-      : n_(static_cast<Index>(panels.size()) / 8) {
+      : n_(static_cast<Index>(panels.size()) / n_lanes) {
     areas_.resize(n_);
     std::vector<Rectangle> rectangles;
     std::vector<PointsOf> points;
@@ -134,18 +176,29 @@ class CuboidBoundaryElements final : public BoundaryElements {
       points.push_back(points_of(panel));
     }
     for (Index i = 0; i < n_; ++i) areas_[i] = panels[i].area;
+    const std::vector<MirroredPoints> images = mirrored(points, n_);
     for (DenseMatrix& flux : flux_) flux.setZero(n_, n_);
+    // Returns whether the closed form is needed.
+    const auto close = [&](Index i, Index k) {
+      const double reach = near * (panels[i].reach + panels[k].reach);
+      return (panels[i].centre - panels[k].centre).squaredNorm() <= reach * reach;
+    };
     parallel_for(
         team, n_,
         [&](Index i) {
-          for (Index k = 0; k < 8 * n_; ++k) {
-            if (i == k) continue;
-            const double reach = near * (panels[i].reach + panels[k].reach);
-            const double flux = (panels[i].centre - panels[k].centre).squaredNorm() > reach * reach
-                                    ? flux_by_points(points[i], panels[i].normal, points[k])
-                                    : rectangle_flux(rectangles[i], rectangles[k]);
-            for (int symmetry = 0; symmetry < 8; ++symmetry)
-              flux_[symmetry](i, k % n_) += sign(symmetry, k / n_) * flux;
+          for (Index j = 0; j < n_; ++j) {
+            alignas(64) double flux[n_lanes];
+            LOOMSTONE_WIDEST(fluxes_by_points)(points[i], panels[i].normal, images[j], flux);
+            for (int m = 0; m < n_lanes; ++m) {
+              const Index k = j + m * n_;
+              if (i == k)
+                flux[m] = 0.0;
+              else if (close(i, k))
+                flux[m] = rectangle_flux(rectangles[i], rectangles[k]);
+            }
+            for (int symmetry = 0; symmetry < n_lanes; ++symmetry)
+              for (int m = 0; m < n_lanes; ++m)
+                flux_[symmetry](i, j) += sign(symmetry, m) * flux[m];
           }
         },
         4);
