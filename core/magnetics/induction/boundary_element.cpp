@@ -76,31 +76,68 @@ double rectangle_flux(const Rectangle& on, const Rectangle& by) {
   return sum / (4.0 * pi);
 }
 
-struct PointsOf {
+// Quadrature points of a panel.
+struct PanelPoints {
   Vec3 position[4];
   double area[4];
-};
+  Vec3 normal;
 
-PointsOf points_of(const FlatPanel& panel) {
-  PointsOf result;
-  const std::vector<PanelPoint> points = panel_points(panel, 2);
-  for (int k = 0; k < 4; ++k) {
-    result.position[k] = points[k].position;
-    result.area[k] = points[k].share * panel.area;
-  }
-  return result;
-}
-
-double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by) {
-  double sum = 0.0;
-  for (int i = 0; i < 4; ++i) {
+  explicit PanelPoints(const FlatPanel& panel) : normal(panel.normal) {
+    const std::vector<PanelPoint> points = panel_points(panel, 2);
     for (int k = 0; k < 4; ++k) {
-      const Vec3 r = on.position[i] - by.position[k];
-      const double square = r.squaredNorm();
-      sum += on.area[i] * by.area[k] * normal.dot(r) / (square * std::sqrt(square));
+      position[k] = points[k].position;
+      area[k] = points[k].share * panel.area;
     }
   }
-  return sum / (4.0 * pi);
+};
+
+// Quadrature points of eight panels, with one panel in each lane.
+struct EightPanels {
+  double position[4][3][n_lanes], area[4][n_lanes], normal[3][n_lanes];
+
+  void set(int lane, const PanelPoints& from) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 0; k < 4; ++k) position[k][axis][lane] = from.position[k][axis];
+      normal[axis][lane] = from.normal[axis];
+    }
+    for (int k = 0; k < 4; ++k) area[k][lane] = from.area[k];
+  }
+};
+
+template <class Lanes>
+LOOMSTONE_INLINE Lanes in_lanes(double value) {
+  return lanes_all<Lanes>(value);
+}
+template <class Lanes>
+LOOMSTONE_INLINE Lanes in_lanes(const double* values) {
+  return lanes_load<Lanes>(values);
+}
+
+// Computes by quadrature the fluxes of a unit charge density on `by` through `on` [m^2]. One of
+// them contains eight panels, and flux[l] is the flux from or through that in lane l.
+template <class Lanes, class On, class By>
+LOOMSTONE_INLINE void flux_by_points(const On& on, const By& by, double* flux) {
+  Lanes sum{};
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      Lanes r[3], normal[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        r[axis] = in_lanes<Lanes>(on.position[i][axis]) - in_lanes<Lanes>(by.position[k][axis]);
+        normal[axis] = in_lanes<Lanes>(on.normal[axis]);
+      }
+      const Lanes square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+      sum += in_lanes<Lanes>(on.area[i]) * in_lanes<Lanes>(by.area[k]) *
+             (normal[0] * r[0] + normal[1] * r[1] + normal[2] * r[2]) /
+             (square * lanes_sqrt(square));
+    }
+  }
+  lanes_store(flux, sum / (4.0 * pi));
+}
+
+// Returns whether panels are so far apart that flux_by_points() is accurate.
+bool far_apart(const FlatPanel& a, const FlatPanel& b) {
+  const double reach = near * (a.reach + b.reach);
+  return (a.centre - b.centre).squaredNorm() > reach * reach;
 }
 
 // Returns the matrix (1/chi + 1/2) diag(areas) - flux of the equation for the charge densities. If
@@ -123,82 +160,40 @@ Vector without_sum(const Vector& fluxes, const Vector& areas) {
 
 using Lu = Eigen::PartialPivLU<DenseMatrix>;
 
-// Points of a panel of a cuboid and of its seven mirror images, with one image in each lane.
-struct MirroredPoints {
-  alignas(64) double position[4][3][n_lanes];
-  double area[4][n_lanes];
-};
-
-// `points` are the points of n panels, followed by those of each of their seven mirror images.
-std::vector<MirroredPoints> mirrored(const std::vector<PointsOf>& points, Index n) {
-  std::vector<MirroredPoints> result(n);
-  for (Index j = 0; j < n; ++j) {
-    for (int m = 0; m < n_lanes; ++m) {
-      const PointsOf& from = points[j + m * n];
-      for (int k = 0; k < 4; ++k) {
-        for (int axis = 0; axis < 3; ++axis)
-          result[j].position[k][axis][m] = from.position[k][axis];
-        result[j].area[k][m] = from.area[k];
-      }
-    }
-  }
-  return result;
-}
-
-// Like flux_by_points(), for all images of `by` at once. Sets flux[m] to the flux of image m.
-template <class Lanes>
-LOOMSTONE_INLINE void fluxes_by_points(const PointsOf& on, const Vec3& normal,
-                                       const MirroredPoints& by, double* flux) {
-  Lanes sum{};
-  for (int i = 0; i < 4; ++i) {
-    for (int k = 0; k < 4; ++k) {
-      const auto distance = [&](int axis) LOOMSTONE_INLINE_LAMBDA {
-        return lanes_all<Lanes>(on.position[i][axis]) - lanes_load<Lanes>(by.position[k][axis]);
-      };
-      const Lanes x = distance(0), y = distance(1), z = distance(2);
-      const Lanes square = x * x + y * y + z * z;
-      sum += lanes_all<Lanes>(on.area[i]) * lanes_load<Lanes>(by.area[k]) *
-             (normal.x() * x + normal.y() * y + normal.z() * z) / (square * lanes_sqrt(square));
-    }
-  }
-  lanes_store(flux, sum / (4.0 * pi));
-}
-
 class CuboidBoundaryElements final : public BoundaryElements {
  public:
   CuboidBoundaryElements(const Team& team, const std::vector<FlatPanel>& panels)
-      : n_(static_cast<Index>(panels.size()) / n_lanes) {
+      : n_(static_cast<Index>(panels.size()) / 8) {
     areas_.resize(n_);
     std::vector<Rectangle> rectangles;
-    std::vector<PointsOf> points;
+    std::vector<PanelPoints> points;
     for (const FlatPanel& panel : panels) {
       rectangles.push_back(rectangle_of(panel));
-      points.push_back(points_of(panel));
+      points.emplace_back(panel);
     }
     for (Index i = 0; i < n_; ++i) areas_[i] = panels[i].area;
-    const std::vector<MirroredPoints> images = mirrored(points, n_);
-    for (DenseMatrix& flux : flux_) flux.setZero(n_, n_);
-    // Returns whether the closed form is needed.
-    const auto close = [&](Index i, Index k) {
-      const double reach = near * (panels[i].reach + panels[k].reach);
-      return (panels[i].centre - panels[k].centre).squaredNorm() <= reach * reach;
-    };
+    for (DenseMatrix& flux : flux_) flux.resize(n_, n_);
     parallel_for(
         team, n_,
-        [&](Index i) {
-          for (Index j = 0; j < n_; ++j) {
-            alignas(64) double flux[n_lanes];
-            LOOMSTONE_WIDEST(fluxes_by_points)(points[i], panels[i].normal, images[j], flux);
+        [&](Index k) {
+          static_assert(n_lanes == 8, "a lane for a panel and for each of its mirror images");
+          EightPanels images;
+          for (int m = 0; m < n_lanes; ++m) images.set(m, points[k + m * n_]);
+          for (Index i = 0; i < n_; ++i) {
+            double flux[n_lanes];
+            LOOMSTONE_WIDEST(flux_by_points)(points[i], images, flux);
             for (int m = 0; m < n_lanes; ++m) {
-              const Index k = j + m * n_;
-              if (i == k)
+              const Index image = k + m * n_;
+              if (image == i)
                 flux[m] = 0.0;
-              else if (close(i, k))
-                flux[m] = rectangle_flux(rectangles[i], rectangles[k]);
+              else if (!far_apart(panels[i], panels[image]))
+                flux[m] = rectangle_flux(rectangles[i], rectangles[image]);
             }
-            for (int symmetry = 0; symmetry < n_lanes; ++symmetry)
-              for (int m = 0; m < n_lanes; ++m)
-                flux_[symmetry](i, j) += sign(symmetry, m) * flux[m];
+            for (int symmetry = 0; symmetry < 8; ++symmetry) {
+              double sum = 0.0;
+              for (int m = 0; m < n_lanes; ++m) sum += sign(symmetry, m) * flux[m];
+              flux_[symmetry](i, k) = sum;
+            }
           }
         },
         4);
@@ -252,8 +247,10 @@ class MeshBoundaryElements final : public BoundaryElements {
     const auto n = static_cast<Index>(panels.size());
     flux_.resize(n, n);
     areas_.resize(n);
-    std::vector<PointsOf> points;
-    for (const FlatPanel& panel : panels) points.push_back(points_of(panel));
+    std::vector<PanelPoints> points(panels.begin(), panels.end());
+    std::vector<EightPanels> eights((n + n_lanes - 1) / n_lanes);
+    for (Index i = 0; i < n_lanes * static_cast<Index>(eights.size()); ++i)
+      eights[i / n_lanes].set(i % n_lanes, points[std::min(i, n - 1)]);
     for (Index i = 0; i < n; ++i) areas_[i] = panels[i].area;
     parallel_for(
         team, n,
@@ -263,15 +260,16 @@ class MeshBoundaryElements final : public BoundaryElements {
           // Near the panel, 4 x 4 points are used, because the field has a logarithmic singularity
           // along a shared edge.
           std::vector<Index> beside;
-          flux_(k, k) = 0.0;
+          double flux[n_lanes];
           for (Index i = 0; i < n; ++i) {
-            if (i == k) continue;
-            const double reach = near * (panels[i].reach + panels[k].reach);
-            if ((panels[i].centre - panels[k].centre).squaredNorm() > reach * reach)
-              flux_(i, k) = flux_by_points(points[i], panels[i].normal, points[k]);
-            else
+            if (i % n_lanes == 0)
+              LOOMSTONE_WIDEST(flux_by_points)(eights[i / n_lanes], points[k], flux);
+            if (i != k && far_apart(panels[i], panels[k]))
+              flux_(i, k) = flux[i % n_lanes];
+            else if (i != k)
               beside.push_back(i);
           }
+          flux_(k, k) = 0.0;
           for (const Index i : beside) {
             alignas(64) double x[48], h[48];
             const std::vector<PanelPoint> at = panel_points(panels[i], 4);
