@@ -30,10 +30,10 @@ LOOMSTONE_INLINE Lanes3<Lanes> difference(const QueryBatch& q, int i, int j) {
                lanes3_load<Lanes>(q.x[j][0], query_lanes));
 }
 
-// Differences a_i - b_j of the points of two features at both ends of the step. The features are
-// separated if all differences lie on one side of the origin along some direction.
+// BatchDifferences a_i - b_j of the points of two features at both ends of the step. The features
+// are separated if all differences lie on one side of the origin along some direction.
 template <class Lanes, int N>
-struct Differences {
+struct BatchDifferences {
   Lanes3<Lanes> start[N], end[N];
   Lanes size;
 
@@ -65,7 +65,7 @@ struct Differences {
 
 template <class Lanes>
 LOOMSTONE_INLINE unsigned apart_vertex_face(const QueryBatch& batch) {
-  Differences<Lanes, 3> d;
+  BatchDifferences<Lanes, 3> d;
   for (int j = 0; j < 3; ++j) d.set(batch, j, 0, 1 + j);
   // The first direction is the face normal at half time, up to a factor. The second direction is
   // the line of centres.
@@ -77,7 +77,7 @@ LOOMSTONE_INLINE unsigned apart_vertex_face(const QueryBatch& batch) {
 
 template <class Lanes>
 LOOMSTONE_INLINE unsigned apart_edge_edge(const QueryBatch& batch) {
-  Differences<Lanes, 4> d;
+  BatchDifferences<Lanes, 4> d;
   d.set(batch, 0, 0, 2);
   d.set(batch, 1, 0, 3);
   d.set(batch, 2, 1, 3);

@@ -7,7 +7,7 @@ namespace loomstone {
 namespace {
 
 // A table of eight dipoles has rows for positions and for moments times mu0 / 4 pi.
-constexpr int rows = 6, group_size = rows * n_lanes;
+constexpr int rows = 6, dipole_group_size = rows * n_lanes;
 
 template <class Lanes>
 LOOMSTONE_INLINE void group_kernel(const double* tables, GroupList groups, const double* point,
@@ -18,7 +18,7 @@ LOOMSTONE_INLINE void group_kernel(const double* tables, GroupList groups, const
   Lanes g[6];
   for (Lanes& s : g) s = Lanes{};
   for (Index k = 0; k < groups.n; ++k) {
-    const double* row = tables + static_cast<std::size_t>(groups.places[k]) * group_size;
+    const double* row = tables + static_cast<std::size_t>(groups.places[k]) * dipole_group_size;
     Lanes t[rows];
     for (Lanes& value : t) value = lanes_load<Lanes>(row), row += n_lanes;
     const Lanes* m = t + 3;
@@ -43,8 +43,8 @@ DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
 // Adds a group of dipoles. Unused lanes have the position of its first dipole and no moment.
 void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                        const Vec3& centre, double* moments) {
-  tables_.resize(tables_.size() + group_size, 0.0);
-  double* table = tables_.data() + tables_.size() - group_size;
+  tables_.resize(tables_.size() + dipole_group_size, 0.0);
+  double* table = tables_.data() + tables_.size() - dipole_group_size;
   double x[3 * n_lanes], m[3 * n_lanes];
   for (int lane = 0; lane < n_lanes; ++lane) {
     const Index part = parts[lane < n ? lane : 0];

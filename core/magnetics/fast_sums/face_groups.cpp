@@ -10,7 +10,8 @@ namespace {
 // for the three corners, the unit normal, twice the area, and q. Rows for each of the three edges
 // follow: both ends, the length, q times the in-plane normal of the edge, and q times the normal of
 // the face.
-constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
+constexpr int face_rows = 14, edge_rows = 13,
+              face_group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
 template <class Lanes>
 LOOMSTONE_INLINE void group_kernel(const double* tables, GroupList groups, double radius,
@@ -21,7 +22,7 @@ LOOMSTONE_INLINE void group_kernel(const double* tables, GroupList groups, doubl
   for (Lanes& s : h) s = Lanes{};
   for (Lanes& s : g) s = Lanes{};
   for (Index k = 0; k < groups.n; ++k) {
-    const double* row = tables + static_cast<std::size_t>(groups.places[k]) * group_size;
+    const double* row = tables + static_cast<std::size_t>(groups.places[k]) * face_group_size;
     Lanes f[face_rows];
     for (Lanes& value : f) value = lanes_load<Lanes>(row), row += n_lanes;
     const Lanes angle = f[13] * solid_angle(p, f, on_face * radius);
@@ -68,8 +69,8 @@ void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansi
                      const Vec3& centre, double* moments) {
   const GaussRule& rule = gauss_rule(expansion.order() / 2 + 1);
   std::vector<double> positions, charges;
-  tables_.resize(tables_.size() + group_size);
-  double* table = tables_.data() + tables_.size() - group_size;
+  tables_.resize(tables_.size() + face_group_size);
+  double* table = tables_.data() + tables_.size() - face_group_size;
   for (int lane = 0; lane < n_lanes; ++lane) {
     const Vec3* c = corners_.data() + 3 * static_cast<std::size_t>(parts[lane < n ? lane : 0]);
     const Vec3 area = (c[1] - c[0]).cross(c[2] - c[0]), normal = area.normalized();

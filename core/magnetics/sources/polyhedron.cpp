@@ -14,7 +14,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr int face_stride = 16, edge_stride = 14;
+constexpr int doubles_per_face = 16, doubles_per_edge = 14;
 
 // Kernel data of a Polyhedron.
 struct SurfaceTables {
@@ -34,7 +34,7 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
     Lanes3<Lanes> h{};
     Lanes around{};
     for (Index k = 0; k < n_faces; ++k) {
-      const double* f = faces + face_stride * k;
+      const double* f = faces + doubles_per_face * k;
       const Lanes omega = solid_angle(p, f, on_face * radius);
       around += omega;
       h.x += f[13] * f[9] * omega;
@@ -42,7 +42,7 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
       h.z += f[13] * f[11] * omega;
     }
     for (Index k = 0; k < n_edges; ++k) {
-      const double* e = edges + edge_stride * k;
+      const double* e = edges + doubles_per_edge * k;
       const EdgeTerms<Lanes> t = edge_terms(p, e, on_edge * radius);
       const Lanes log = lanes_log(t.sum / t.defect);
       h.x += e[7] * log;
@@ -68,7 +68,7 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
     Lanes g[6];
     for (Lanes& s : g) s = Lanes{};
     for (Index k = 0; k < n_edges; ++k) {
-      const double* e = edges + edge_stride * k;
+      const double* e = edges + doubles_per_edge * k;
       add_edge_gradients(edge_gradients(edge_terms(p, e, on_edge * radius), e), e + 7, e + 10, g);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, g[c]);
@@ -85,12 +85,12 @@ LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* poin
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum{};
     for (Index k = 0; k < n_faces; ++k) {
-      const double* f = faces + face_stride * k;
+      const double* f = faces + doubles_per_face * k;
       const Lanes height = f[9] * (p.x - f[0]) + f[10] * (p.y - f[1]) + f[11] * (p.z - f[2]);
       sum -= f[13] * height * solid_angle(p, f, on_face * radius);
     }
     for (Index k = 0; k < n_edges; ++k) {
-      const double* e = edges + edge_stride * k;
+      const double* e = edges + doubles_per_edge * k;
       const EdgeTerms<Lanes> t = edge_terms(p, e, on_edge * radius);
       sum -= (e[7] * t.r0.x + e[8] * t.r0.y + e[9] * t.r0.z) * lanes_log(t.sum / t.defect);
     }
@@ -126,7 +126,7 @@ Polyhedron::Polyhedron(Points vertices, Triangles triangles, const Vec3& polariz
     Vec3 in_plane = Vec3::Zero(), normal = Vec3::Zero();
   };
   std::map<std::pair<Index, Index>, Sides> sides;
-  faces_.resize(face_stride * triangles_.rows());
+  faces_.resize(doubles_per_face * triangles_.rows());
   for (Index t = 0; t < triangles_.rows(); ++t) {
     Vec3 corner[3];
     for (int k = 0; k < 3; ++k) corner[k] = vertices_.row(triangles_(t, k)).transpose();
@@ -134,7 +134,7 @@ Polyhedron::Polyhedron(Points vertices, Triangles triangles, const Vec3& polariz
     const Vec3 normal = area.normalized();
     const double charge = polarization.dot(normal) / (4.0 * pi);
     volume_ += corner[0].dot(area) / 6.0;
-    double* f = faces_.data() + face_stride * t;
+    double* f = faces_.data() + doubles_per_face * t;
     for (int k = 0; k < 3; ++k) Eigen::Map<Vec3>(f + 3 * k) = corner[k];
     Eigen::Map<Vec3>(f + 9) = normal;
     f[12] = area.norm();
@@ -193,7 +193,7 @@ const MultipoleExpansion& Polyhedron::multipoles() const {
 void Polyhedron::near_field(const double* points, Index n, Quantity quantity, double* field) const {
   const Vec3 j = quantity == Quantity::flux_density ? polarization_ : Vec3(Vec3::Zero());
   const SurfaceTables surface{faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
-                              static_cast<Index>(edges_.size() / edge_stride), radius_};
+                              static_cast<Index>(edges_.size() / doubles_per_edge), radius_};
   LOOMSTONE_WIDEST(field_kernel)(surface, j.data(), points, n, field);
 }
 
@@ -213,15 +213,16 @@ void Polyhedron::gradient_block(const double* points, Index n, double* gradient)
       {points, n, gradient, 6},
       [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) {
-        LOOMSTONE_WIDEST(gradient_kernel)(
-            edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
+        LOOMSTONE_WIDEST(gradient_kernel)(edges_.data(),
+                                          static_cast<Index>(edges_.size() / doubles_per_edge),
+                                          radius_, some, m, out);
       },
       [&](const double* some, Index m, double* out) { multipoles().gradient_block(some, m, out); });
 }
 
 void Polyhedron::potential_block(const double* points, Index n, double* potential) const {
   const SurfaceTables surface{faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
-                              static_cast<Index>(edges_.size() / edge_stride), radius_};
+                              static_cast<Index>(edges_.size() / doubles_per_edge), radius_};
   LOOMSTONE_WIDEST(potential_kernel)(surface, points, n, potential);
 }
 

@@ -13,7 +13,6 @@
 
 using namespace loomstone;
 using Kind = CollisionSurface::Kind;
-using test::on_ranks;
 
 namespace {
 
@@ -104,7 +103,7 @@ TEST_CASE("ranks that keep the contacts of their rows find the bits of one rank"
     REQUIRE(alone.found > 1000);
     for (const int n : {2, 3, 4, 8}) {
       std::vector<Results> found(n);
-      on_ranks(n, [&](const auto& ranks) { found[ranks->rank()] = results(scene, ranks); });
+      test::on_ranks(n, [&](const auto& ranks) { found[ranks->rank()] = results(scene, ranks); });
       std::vector<std::array<double, 9>> terms;
       std::size_t most = 0;
       for (const Results& each : found) {
