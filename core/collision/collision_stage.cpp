@@ -37,7 +37,10 @@ struct CollisionStage::Data {
     search.share(shared.get());
   }
 
-  bool knows(const Points& x) const { return same_bits(known_x, x); }
+  bool knows(const Points& x) const {
+    return shared ? same_bits(known_x, x)
+                  : known_update == lists.n_updates() && lists.updated_at(x);
+  }
 
   // Calls use(strengths) with the strengths of `contacts`.
   template <class Use>
@@ -99,12 +102,13 @@ struct CollisionStage::Data {
   bool keeps_motion = false;
   CollisionRecord motion;
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
-  // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
-  // where the preceding one ended, so the contacts found there are used again. `known` also has
-  // the contacts that proximity() omits because of a tangle. If each rank keeps all contacts,
-  // `known_x` and `known` are the same on all ranks.
-  Points known_x;
+  // Contacts at the positions x0 of the last call of proximity(), including those that it omits
+  // because of a tangle. A part of a step begins where the preceding one ended, so the contacts
+  // found there are used again. `known` is the same on all ranks if each rank keeps all contacts.
   ContactSet known;
+  // With lists, x0 are the positions of their update `known_update`; otherwise, `known_x`.
+  std::int64_t known_update = -1;  // -1: no contacts are known
+  Points known_x;
   KnownStrengths strengths;                   // of the contacts in `known`
   ContactSet returned;                        // result of the last call, if it differs from `known`
   const ContactTotals* totals = nullptr;      // of the contacts of the last call
@@ -134,11 +138,12 @@ const std::vector<Contact>& CollisionStage::proximity(const Team& team, const Po
   if (!d.knows(x0)) {
     if (d.shared) {
       d.known = find_contacts(team, d.contact_search(), x0, *d.shared);
+      d.known_x = x0;
     } else {
       d.lists.begin_update(team, x0);
       d.known = find_contacts(team, d.contact_search(), x0, d.lists);
+      d.known_update = d.lists.n_updates();
     }
-    d.known_x = x0;
     d.strengths.forget();
   }
   d.totals = &d.known.all;
@@ -181,7 +186,8 @@ const ContactTotals& CollisionStage::totals() const { return *data_->totals; }
 
 void CollisionStage::divide(IndexRange rows) {
   data_->selection.emplace(data_->model, rows);
-  data_->known_x.resize(0, 3);  // forgets the known contacts
+  data_->known_update = -1;  // forgets the known contacts
+  data_->known_x.resize(0, 3);
 }
 bool CollisionStage::divided() const { return data_->selection.has_value(); }
 

@@ -78,6 +78,7 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   before_.swap(x_);
   x_ = x;
   still_at_x_.clear();
+  ++n_updates_;
   ++updates_;
   count_update();
   unchecked_ = !again;

@@ -119,6 +119,7 @@ class NeighbourLists {
   // distance at positions x is less than the thickness, except those of unlisted surface pairs.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
+  std::int64_t n_updates() const { return n_updates_; }  // number of updates so far
 
   // Which pairs the lists contain after cover() and make_ended(), unless their surface pair is
   // unlisted. Vertices move from the positions of the last update() to x1.
@@ -308,7 +309,7 @@ class NeighbourLists {
   std::vector<int> unlisted_;
   std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
   std::vector<Upkeep> upkeep_;         // (surface pairs)
-  std::int64_t n_searches_ = 0, n_made_ = 0;
+  std::int64_t n_updates_ = 0, n_searches_ = 0, n_made_ = 0;
   int updates_ = 0;      // number of updates since lists were distributed
   double clock_ = -1.0;  // see time_work(); negative: work is not timed
   mutable double unlisted_seconds_ = 0.0;
