@@ -6,7 +6,7 @@ starts whose coordinates are perturbed by up to 1e-6 m.
     python tests/benchmarks/certify.py --scenes obstacle_walk ribbon swing_integrators uneven
     --steps 1e-3 2.5e-3
     python tests/benchmarks/certify.py --scenes ball_corners ball_edges curtains_free curtains_hung
-    heap --steps auto --rate 1777
+    heap magnets pushed --steps auto --rate 1777
 
 Each run appends one row to the table; runs already in the table are skipped. The exit status is 1
 if any frame contains an intersecting pair of triangles that involves cloth.
@@ -22,7 +22,7 @@ from typing import Literal
 
 import loomstone as ls
 import numpy as np
-from extreme_scenes import caught, curtains, heap
+from extreme_scenes import caught, clamped, curtains, heap, pushed
 from loomstone.runs.scene_file import SceneFile
 from loomstone.runs.verification import count_intersections
 from smoke import SCENES, parsed
@@ -61,6 +61,8 @@ EXTREME = {
     "curtains_free": (lambda: curtains(18, hung=False), 0.3),
     "curtains_hung": (lambda: curtains(18, hung=True), 0.3),
     "heap": (lambda: heap(8), 0.8),
+    "magnets": (clamped, 0.3),
+    "pushed": (pushed, 0.8),
 }
 COLUMNS = (
     "scene",

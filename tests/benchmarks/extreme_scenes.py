@@ -1,5 +1,5 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
-heaps, a tight sleeve, and a wrung tube.
+heaps, a tight sleeve, a wrung tube, a pushed ribbon, and magnets that clamp cloth.
 
 certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py checks
 their motion.
@@ -215,3 +215,59 @@ def heap(towels: int) -> ls.Scene:
         mesh = flat.moved((x, y, 0.08 + 0.08 * i), rotation=about_z @ about_y @ about_x)
         cloths.append(ls.Cloth(name=f"towel {i}", mesh=mesh, material=material))
     return ls.Scene(cloths=cloths, obstacles=[ls.floor(height=0.0)])
+
+
+def pushed(speed: float = 0.6) -> ls.Scene:
+    """A ribbon of 1 m on a table, pushed by one end at `speed` [m/s] from the start. It buckles,
+    and its other end slides over the edge of the table.
+    """
+    flat = ls.grid(size=(0.06, 1.0), triangles=1200).moved((0, 0, 0.302))
+    end = np.flatnonzero(flat.vertices[:, 1] > 0.499)
+    places = flat.vertices[end]
+    ribbon = ls.Cloth(
+        name="ribbon",
+        mesh=flat,
+        material=ls.ClothMaterial(
+            weft_stiffness=500.0,
+            warp_stiffness=500.0,
+            shear_stiffness=200.0,
+            density=0.2,
+            bending_weft=2e-5,
+            bending_warp=2e-5,
+        ),
+        friction=0.2,
+        pins=list(end),
+        script_times=[0.0, 1.5],
+        script_positions=np.concatenate([places, places + (0, -1.5 * speed, 0)]),
+    )
+    table = ls.Obstacle(
+        name="table", mesh=ls.meshes.box(size=(0.3, 1.6, 0.02)).moved((0, 0.4, 0.29)), friction=0.1
+    )
+    return ls.Scene(cloths=[ribbon], obstacles=[table, ls.floor(height=0.0)])
+
+
+def clamped(polarization: float = 1.2) -> ls.Scene:
+    """A hung sheet between two disc magnets of 14 g, 18 mm apart, that attract each other. With
+    a polarization of 1.2 T, they meet at 3.9 m/s, and then hold the sheet.
+    """
+    sheet = ls.grid(size=(0.2, 0.2), triangles=800).moved((0, 0, 0), rotation=UPRIGHT)
+    sides = {"north": -0.012, "south": 0.012}
+    bodies = [
+        ls.RigidBody(
+            name=name,
+            mesh=ls.meshes.cylinder(radius=0.01, length=0.006),
+            shape="convex",
+            density=7500.0,
+            position=(0, y, 0),
+            orientation=(np.sqrt(0.5), np.sqrt(0.5), 0, 0),
+        )
+        for name, y in sides.items()
+    ]
+    source = ls.magnetics.cylinder(radius=0.01, height=0.006, polarization=(0, 0, polarization))
+    return ls.Scene(
+        cloths=[
+            ls.Cloth(name="sheet", mesh=sheet, material=SOFT, pins=list(top(sheet)), friction=0.5)
+        ],
+        bodies=bodies,
+        magnets=[ls.Magnet(body=name, source=source) for name in sides],
+    )

@@ -8,13 +8,6 @@ namespace loomstone {
 
 namespace {
 
-double magnetic_energy(const State& state, double time, const Engines& engines) {
-  if (!engines.magnetics) return 0.0;
-  return engines.magnetics->energy(
-      engines.team, {state.rigid, obstacle_places(engines.model, state, time, 0.0).poses},
-      state.magnetic.moments);
-}
-
 double gravitational_energy(const Engines& engines, const Points& x) {
   const Model& model = engines.model;
   return -parallel_sum(engines.team, model.cloth.n_vertices, [&](Index i) {
@@ -56,8 +49,13 @@ double potential_energy(const Engines& engines, const Points& x) {
          engines.elasticity->bending_energy(engines.team, x);
 }
 
-void measure_energies(const State& state, double time, const Engines& engines,
-                      Elasticity& elasticity, StepReport& report) {
+std::vector<RigidPose> poses_of_magnets(const State& state, double time, const Engines& engines) {
+  if (!engines.magnetics) return {};
+  return obstacle_places(engines.model, state, time, 0.0).poses;
+}
+
+void measure_without_contacts(const SteppedState& state, const std::vector<RigidPose>& obstacles,
+                              const Engines& engines, Elasticity& elasticity, StepReport& report) {
   const Model& model = engines.model;
   const Points& x = state.cloth.x;
   EnergyReport& energy = report.energy;
@@ -65,10 +63,20 @@ void measure_energies(const State& state, double time, const Engines& engines,
   energy.gravity = gravitational_energy(engines, x);
   measure_bodies(model, state.rigid, energy);
   measure_circuits(model, state.magnetic.circuits, report.circuits);
-  energy.magnetic = magnetic_energy(state, time, engines);
+  if (engines.magnetics)
+    energy.magnetic =
+        engines.magnetics->energy(engines.team, {state.rigid, obstacles}, state.magnetic.moments);
   if (model.cloth.n_vertices == 0) return;
   energy.membrane = elasticity.membrane_energy(engines.team, x);
   energy.bending = elasticity.bending_energy(engines.team, x);
+}
+
+void measure_energies(const State& state, double time, const Engines& engines,
+                      Elasticity& elasticity, StepReport& report) {
+  measure_without_contacts(state, poses_of_magnets(state, time, engines), engines, elasticity,
+                           report);
+  if (engines.model.cloth.n_vertices == 0) return;
+  EnergyReport& energy = report.energy;
   const std::optional<Engines::ContactEnergy>& known = engines.contact_energy;
   if (elasticity.divided() && known && known->time == time && known->tangled == state.tangled)
     energy.contact = known->energy;

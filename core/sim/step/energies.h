@@ -12,6 +12,12 @@ namespace loomstone {
 void measure_energies(const State& state, double time, const Engines& engines,
                       Elasticity& elasticity, StepReport& report);
 
+// Like measure_energies(), but leaves out the energy of contacts. `obstacles` are the poses of the
+// obstacles, which poses_of_magnets() returns; they are not needed without magnets.
+void measure_without_contacts(const SteppedState& state, const std::vector<RigidPose>& obstacles,
+                              const Engines& engines, Elasticity& elasticity, StepReport& report);
+std::vector<RigidPose> poses_of_magnets(const State& state, double time, const Engines& engines);
+
 // kinetic_energy() returns that of cloth with the velocities v. potential_energy(), which is
 // collective, returns the elastic and gravitational energy of cloth at the positions x [J].
 double kinetic_energy(const Engines& engines, const Points& v);

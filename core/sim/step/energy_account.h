@@ -26,18 +26,19 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
 
-// Returns the length to which the part must be shortened if contacts have created more energy than
-// is tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart).
-// Contacts create energy if surfaces approach each other within a part, because the contact force
-// begins only at the end of the part. By then, the surfaces may be much closer than their
-// thickness. The tolerated energy is a fraction of the largest kinetic energy so far or, if that is
-// larger, of the energy of contacts at the start of the part: scripted surfaces may press still
-// cloth together. If the step is not automatic and scripted surfaces move, no part is shortened to
-// less than a quarter of the step. In shorter parts, impacts between cloth and scripted surfaces
-// that close on it quickly remain unresolved. know_contacts() should have been called; otherwise
-// contacts are found again. With asynchronous steps, certification creates energy if it stretches
-// cloth at impacts that events have missed. `gained` is the energy that it added [J]. A part that
-// gains too much is halved, unless it has the shortest permitted length.
+// Returns the length to which the part must be shortened if more energy has been created than is
+// tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart). A part is
+// halved if everything but contacts has gained too much beyond the work of scripts and loads and
+// the energy that contacts have lost. Contacts create energy if surfaces approach each other within
+// a part, because the contact force begins only at the end of the part. By then, the surfaces may
+// be much closer than their thickness. The tolerated energy is a fraction of the largest kinetic
+// energy so far or, if that is larger, of the energy of contacts at the start of the part: scripted
+// surfaces may press still cloth together. If the step is not automatic and scripted surfaces move,
+// no part is shortened to less than a quarter of the step. In shorter parts, impacts between cloth
+// and scripted surfaces that close on it quickly remain unresolved. know_contacts() should have
+// been called; otherwise contacts are found again. With asynchronous steps, certification creates
+// energy if it stretches cloth at impacts that events have missed. `gained` is the energy that it
+// added [J]. A part that gains too much is halved, unless it has the shortest permitted length.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

@@ -71,6 +71,12 @@ void find_cloth_forces(double time, const State& state, const Engines& engines, 
   add_drag(engines.team, model.scene.air, surface, rows.begin, rows.end, force);
 }
 
+bool pins_move(const ClothModel& cloth, const Loads& loads) {
+  for (Index i = 0; i < static_cast<Index>(loads.target.rows()); ++i)
+    if (cloth.prescribed[i] && loads.target.row(i) != loads.x0.row(i)) return true;
+  return false;
+}
+
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads) {
   const Model& model = engines.model;
   if (model.cloth.n_vertices > 0) collision_vertices(model, state, loads.x0);

@@ -86,7 +86,9 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
           expected_part(context_of(span, bisection.part(), steps, state), state, engines));
     const StepPart part = bisection.part();
     const OutcomeMark start = mark(outcome);
-    const PartResult result = attempt(context_of(span, part, steps, state), run);
+    StepContext context = context_of(span, part, steps, state);
+    context.start = snapshot;
+    const PartResult result = attempt(context, run);
     if (bisection.judge(result) == Bisection::Verdict::Repeated) {
       return_to_state(*snapshot, engines, state);
       return_to(start, outcome);

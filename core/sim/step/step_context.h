@@ -6,6 +6,8 @@
 
 namespace loomstone {
 
+struct SteppedState;
+
 struct StepSpan {
   double t0 = 0.0, h = 0.0, t1 = 0.0;  // start, length and end of a step [s]
 };
@@ -24,6 +26,7 @@ struct StepContext {
   bool divisible = true;   // true: repeated if the error of the attempt is too large
   bool halvable = true;    // true: repeated if contacts create too much energy (implicit schemes)
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
+  const SteppedState* start = nullptr;  // state at the start of the part
 };
 
 }  // namespace loomstone

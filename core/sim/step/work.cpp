@@ -10,13 +10,6 @@ namespace loomstone {
 
 namespace {
 
-bool pins_move(const Engines& engines, const Loads& loads, const State& state) {
-  const ClothModel& cloth = engines.model.cloth;
-  for (Index i = 0; i < cloth.n_vertices; ++i)
-    if (cloth.prescribed[i] && state.cloth.x.row(i) != loads.x0.row(i)) return true;
-  return false;
-}
-
 bool is_damped(const ClothModel& cloth) {
   const auto viscous = [](const MembraneConstants& c) {
     return c.lambda_d != 0.0 || c.mu_d != 0.0;
@@ -103,8 +96,8 @@ Points limit_forces(const Points& start, const Points& end, Engines& engines) {
 // through contacts is not included.
 double work_of_pins(const Loads& loads, const Points& viscous, const Solved& solved,
                     const State& state, Engines& engines) {
-  if (!pins_move(engines, loads, state)) return 0.0;
   const ClothModel& cloth = engines.model.cloth;
+  if (!pins_move(cloth, loads)) return 0.0;
   const Points start = loads.x0.topRows(cloth.n_vertices);
   // The forces at the end are computed last, because the next part reuses them.
   Points of_limits(0, 3);

@@ -1,4 +1,6 @@
-"""Tests of pins that jump, heavy bodies, heaps of cloth, a tight sleeve and a wrung tube."""
+"""Tests of pins that jump, heavy bodies, heaps of cloth, a tight sleeve, a wrung tube, a pushed
+ribbon, and magnets that clamp cloth.
+"""
 
 from typing import Literal
 
@@ -6,7 +8,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from certify import perturbed
-from extreme_scenes import caught, curtains, heap, sleeve, wrung
+from extreme_scenes import caught, clamped, curtains, heap, pushed, sleeve, wrung
 from loomstone.runs.verification import count_intersections
 
 
@@ -162,3 +164,26 @@ def test_jaws_press_still_cloth_in_long_steps(integrator: ls.Integrator) -> None
     # create, the last 10 ms would take thousands of the shortest steps.
     assert sim.report.energy.contact > 1e-4
     assert sim.step_index < 300
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.0])
+def test_pins_that_push_a_ribbon_give_it_no_energy_from_nothing(speed: float) -> None:
+    sim = ls.Simulation(pushed(speed), threads=1)
+    while sim.time < 0.4:
+        sim.step()
+        # The ribbon buckles beside the pins. If steps remained long there, energy would rise by
+        # 0.7 times (at 0.6 m/s) and 1.7 times (at 1 m/s) the largest kinetic energy.
+        assert sim.report.account.balance < 0.02
+    assert sim.step_index < 160
+
+
+@pytest.mark.parametrize("polarization", [1.3, 1.4])
+def test_magnets_hold_the_cloth_between_them(polarization: float) -> None:
+    sim = ls.Simulation(clamped(polarization), threads=1)
+    while sim.time < 0.3:
+        sim.step()
+        assert sim.report.contacts.intersections == 0
+        assert sim.report.account.balance < 0.02
+        north, south = sim.body_centres
+        # The contacts with the cloth must not throw the magnets, which are 6 mm thick, apart.
+        assert sim.time < 0.1 or np.linalg.norm(north - south) < 0.006 + 0.015
