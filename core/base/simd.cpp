@@ -22,10 +22,11 @@ InstructionSet of_processor() {
 }
 
 // Returns the widest instruction set that the environment variable LOOMSTONE_INSTRUCTIONS allows,
-// or nullopt if the value of the variable is unknown. Without the variable, all sets are allowed.
+// or nullopt if the value of the variable is unknown. If the variable is not set or empty, all sets
+// are allowed.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);
-  const std::string name = text ? text : "x86-64-v4";
+  const std::string name = text && *text ? text : "x86-64-v4";
   if (name == "x86-64") return InstructionSet::baseline;
   if (name == "x86-64-v3") return InstructionSet::v3;
   if (name == "x86-64-v4") return InstructionSet::v4;

@@ -149,6 +149,13 @@ def test_wider_instructions_give_the_same_bits(of_the_oldest, instructions):
     assert lines_with(instructions) == of_the_oldest
 
 
+def test_an_empty_variable_restricts_nothing():
+    environment = {**os.environ, "LOOMSTONE_INSTRUCTIONS": ""}
+    subprocess.run(
+        [sys.executable, "-c", "import loomstone"], check=True, timeout=60, env=environment
+    )
+
+
 def test_unknown_instructions_are_refused():
     environment = {**os.environ, "LOOMSTONE_INSTRUCTIONS": "avx2"}
     done = subprocess.run(
