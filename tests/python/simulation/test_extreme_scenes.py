@@ -177,6 +177,30 @@ def test_pins_that_push_a_ribbon_give_it_no_energy_from_nothing(speed: float) ->
     assert sim.step_index < 160
 
 
+def test_pins_that_shear_stiff_cloth_slowly_do_not_shorten_steps() -> None:
+    mesh = ls.grid(size=(0.2, 0.2), triangles=400)
+    upper = np.flatnonzero(mesh.vertices[:, 1] > 0.0999)
+    lower = np.flatnonzero(mesh.vertices[:, 1] < -0.0999)
+    start = mesh.vertices[np.concatenate([upper, lower])]
+    end = start.copy()
+    end[: len(upper), 0] += 0.05
+    material = ls.ClothMaterial(
+        weft_stiffness=1e5, warp_stiffness=1e5, shear_stiffness=3e4, density=0.2
+    )
+    sheet = ls.Cloth(
+        mesh=mesh,
+        material=material,
+        pins=[*upper, *lower],
+        script_times=[0.0, 1.0],
+        script_positions=np.concatenate([start, end]),
+    )
+    sim = ls.Simulation(ls.Scene(cloths=[sheet], gravity=(0, 0, 0)), threads=1)
+    while sim.time < 1.0:
+        sim.step()
+    # The work of the pins is a million times the kinetic energy, so its error exceeds this energy.
+    assert sim.step_index < 120
+
+
 @pytest.mark.parametrize("polarization", [1.3, 1.4])
 def test_magnets_hold_the_cloth_between_them(polarization: float) -> None:
     sim = ls.Simulation(clamped(polarization), threads=1)
