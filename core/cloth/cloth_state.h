@@ -20,7 +20,7 @@ struct ClothState {
   // of the last one. In automatic steps, growth and dissipation also limit it. The stepper writes
   // it.
   double expected_step = 0.0;
-  // Length that an automatic step had before it was shortened because contacts created energy [s];
+  // Length that an automatic step had before it was shortened because it created energy [s];
   // 0: none. Later steps grow faster until one of them has this length, or until their error or
   // dissipation limits their growth. The stepper writes it.
   double settled_step = 0.0;

@@ -2,8 +2,7 @@
 // It fails if the solver finds no solution, if certification leaves impacts, or if strain limits
 // that are satisfied at its start are exceeded at its end. It also fails if certification and
 // fallbacks, or fallbacks alone, withhold too much motion (see PartResult). A part whose error is
-// too large, or in which contacts or certification create too much energy, is repeated with a
-// shorter length.
+// too large, or which creates too much energy, is repeated with a shorter length.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +21,7 @@ struct StepPart {
 struct PartResult {
   bool solved = true;               // the solver found a solution
   int longest = StepPart::whole;    // length allowed by error and energy gain [1/64 step]
-  bool contacts_gain = false;       // contacts or certification have created too much energy
+  bool gains_energy = false;        // too much energy has been created
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification and fallbacks withheld over 10 % of the motion
   bool broke_limits = false;        // limits satisfied at the start are exceeded at the end

@@ -16,10 +16,10 @@ namespace loomstone {
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
 // Takes the whole step at once or in parts. A part is divided if an attempt at it fails, its error
-// is too large, or contacts or certification create too much energy in it. In steps of given
+// is too large, or it creates too much energy (see length_without_gain()). In steps of given
 // length, a part is also divided before an attempt if its expected error is too large. An automatic
-// step that has not been divided is shortened instead if its error is too large or contacts create
-// too much energy in it.
+// step that has not been divided is shortened instead if its error is too large or it creates too
+// much energy.
 // outcome.start must contain the state at the start of the step. Returns the span of the step that
 // was taken.
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,

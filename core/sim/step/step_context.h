@@ -24,7 +24,7 @@ struct StepContext {
   bool automatic = false;  // true: part of an automatic step
   // Cases in which a failed attempt at the part is repeated in shorter parts.
   bool divisible = true;   // true: repeated if the error of the attempt is too large
-  bool halvable = true;    // true: repeated if contacts create too much energy (implicit schemes)
+  bool halvable = true;    // true: repeated if it creates too much energy (implicit schemes)
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
   const SteppedState* start = nullptr;  // state at the start of the part
 };

@@ -74,10 +74,10 @@ PartResult shorter(const StepContext& part, const StepError& error, const Engine
   return result;
 }
 
-PartResult shortened_for_contacts(int longest) {
+PartResult shortened_for_gain(int longest) {
   PartResult result;
   result.longest = longest;
-  result.contacts_gain = true;
+  result.gains_energy = true;
   return result;
 }
 

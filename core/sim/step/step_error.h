@@ -24,9 +24,9 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the result of an attempt in which contacts or certification created too much energy. To
+// Returns the result of an attempt that created too much energy (see length_without_gain()). To
 // avoid this, the part must be shortened to the length `longest`, in 64ths of the step.
-PartResult shortened_for_contacts(int longest);
+PartResult shortened_for_gain(int longest);
 
 // Returns the length that the error probably allows for the next part of a step of given length, in
 // 64ths of the step (see StepPart). The error is estimated from the last part. If there is no last

@@ -110,7 +110,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     const double gained = add_to_account(work, solved_, after, engines_, state);
     longest = length_without_gain(part, loads_, near_, gained, engines_, state);
   });
-  if (longest < part.length) return shortened_for_contacts(longest);
+  if (longest < part.length) return shortened_for_gain(longest);
   state.cloth.previous_step = part.h;
   expect_part(part, error, engines_, state.cloth);
   return certified.result;
