@@ -135,11 +135,11 @@ class Integrator {
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
-// Returns how bending enters the step. BendingInStep::Auto selects implicit bending if
-// h (h + 2 beta) lambda > (0.8 * 2)^2, where beta [s] is the largest bending damping and lambda
-// [1/s^2] is the largest eigenvalue of M^-1 K for bending. With implicit bending, semi-implicit
-// Euler uses the lumped bending stiffness, unless bending is damped or the Jacobian is exact.
-// Explicit and asynchronous schemes always treat bending explicitly.
+// Returns how bending enters the step. BendingInStep::Auto selects implicit bending if explicit
+// bending would be unstable in the Euler schemes, and if it would amplify oscillations noticeably
+// within seconds in midpoint and BDF-2, which amplify them at every step. With implicit bending,
+// semi-implicit Euler uses the lumped bending stiffness, unless bending is damped or the Jacobian
+// is exact. Explicit and asynchronous schemes always treat bending explicitly.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -299,6 +299,24 @@ def test_a_failed_step_says_where_and_keeps_the_last_good_state(hanging):
     assert np.isfinite(sim.positions).all()
 
 
+@pytest.mark.parametrize("scheme", [ls.ImplicitMidpoint, ls.BDF2, ls.NonlinearMidpoint])
+def test_schemes_without_damping_do_not_amplify_stiff_bending(scheme):
+    # Explicit bending would multiply the energy of this sheet by more than 1,000.
+    mesh = ls.grid(size=(0.1, 0.1), cells=(6, 6))
+    material = ls.ClothMaterial(bending_weft=1e-3, bending_warp=1e-3)
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh, material=material)], gravity=(0, 0, 0))
+    sim = ls.Simulation(scene, integrator=scheme())
+    sim.velocities = np.outer(np.random.default_rng(7).normal(size=49), [0, 0, 0.02])
+    energies = []
+    while sim.time < 0.1:
+        sim.step()
+        energy = sim.report.energy
+        energies.append(energy.kinetic + energy.membrane + energy.bending)
+    # The tolerances cover those of the linear solver and of Newton's method.
+    assert max(energies) < 1.001 * energies[0]
+    assert scheme is ls.BDF2 or energies[-1] > 0.99 * energies[0]
+
+
 @pytest.mark.parametrize("element", ["mid-edge", "hinge"])
 def test_damped_bending_takes_energy_at_any_step(element):
     # Explicit bending would be stable at this step without damping. With damping, it would gain
