@@ -134,7 +134,7 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
 Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Points& x, Index begin,
                                                     Index end, const std::uint8_t* yields) {
   if (!limit_phase_) return {};
-  limit_phase_->enter(team, x, begin, end, yields);
+  in_limit_phase_ = limit_phase_->enter(team, x, begin, end, yields);
   return last_limit_phase();
 }
 

@@ -80,6 +80,8 @@ class Elasticity {
   // LimitPhase::enter(). Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr);
+  // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
+  bool in_limit_phase() const { return in_limit_phase_; }
   // Returns a guard like that of limit_phase(), for the phases that its last call determined.
   LimitPhaseScope last_limit_phase();
 
@@ -172,6 +174,7 @@ class Elasticity {
   std::vector<Index> first_;  // result of first_triangles(); empty: all elements are stored
   Membrane membrane_;
   std::unique_ptr<LimitPhase> limit_phase_;
+  bool in_limit_phase_ = false;
   std::vector<BendingElements> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;

@@ -61,10 +61,12 @@ class LinearisedIntegrator final : public Integrator {
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
     // Length of this step divided by that of the last one, or 1 if that is unknown. BDF-2 is
-    // unstable for ratios above 1 + sqrt(2) = 2.41.
+    // unstable for ratios above 1 + sqrt(2) = 2.41. Without history, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
-    const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
+    const Scheme scheme = inputs.at_limits                          ? Scheme::BackwardEuler
+                          : scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint
+                                                                    : scheme_;
     taken_ = scheme;
     const SchemeCoefficients c = coefficients(scheme, inputs.step, ratio);
     const BodyRows bodies(inputs.step, c);
@@ -299,7 +301,7 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   Scheme scheme_;
-  Scheme taken_;  // scheme of the last step; without history, BDF-2 takes a midpoint step
+  Scheme taken_;  // scheme of the last step, see advance()
   JacobianKind kind_;
   const ClothModel& model_;
   Elasticity& elasticity_;

@@ -43,7 +43,7 @@ class NewtonIntegrator final : public Integrator {
 
   bool implicit() const override { return true; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
-  double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
+  double time_of_forces() const override { return midpoint_ ? 0.5 : 1.0; }
   bool asks_energy() const override { return true; }
   Memory memory() const override {
     const auto of = [](const Iterate& it) { return bytes_of(it.velocity, it.residual, it.terms); };
@@ -54,7 +54,9 @@ class NewtonIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    const SchemeCoefficients c = coefficients(scheme_, inputs.step);
+    midpoint_ = scheme_ == Scheme::Midpoint && !inputs.at_limits && !inputs.in_contact;
+    const SchemeCoefficients c =
+        coefficients(midpoint_ ? Scheme::Midpoint : Scheme::BackwardEuler, inputs.step);
     const BodyRows bodies(inputs.step, c);
     body_mass_ = bodies.masses(inputs.body_mass);
     Step step{team, layout, inputs, c, model_.n_vertices};
@@ -367,7 +369,7 @@ class NewtonIntegrator final : public Integrator {
     place_fixed(step.inputs, state.x);
   }
 
-  bool midpoint_;
+  bool midpoint_;  // the last step was a midpoint step
   Scheme scheme_;
   std::string_view name_;
   NewtonOptions options_;

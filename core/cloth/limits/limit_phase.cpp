@@ -190,7 +190,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
   }
 }
 
-void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end,
+bool LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end,
                        const std::uint8_t* yields) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
   const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data(), yields};
@@ -199,6 +199,7 @@ void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end
                     LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,
                                                     last - first, phases, x.data());
                   });
+  return std::any_of(batches.begin(), batches.end(), [&](Index b) { return entered_[b] != 0; });
 }
 
 }  // namespace loomstone

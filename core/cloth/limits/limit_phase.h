@@ -23,8 +23,9 @@ class LimitPhase {
   // Determines the phase of each mode of each triangle that touches rows [begin, end) at positions
   // x. The stress that the phase adds is linearised in the Green strain at x. Triangles with a
   // vertex v for which yields[v] is not 0 yield: one of their modes adds only a small stress beyond
-  // its limit. `yields` has an entry for each vertex, or is null.
-  void enter(const Team& team, const Points& x, Index begin, Index end,
+  // its limit. `yields` has an entry for each vertex, or is null. Returns whether any triangle
+  // enters a phase.
+  bool enter(const Team& team, const Points& x, Index begin, Index end,
              const std::uint8_t* yields = nullptr);
   // Tables for membrane::Tables, which documents their layout.
   const double* table() const { return table_.data(); }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <optional>
 #include <sstream>
+#include <vector>
+
+#include "core/parallel/shared_work.h"
 
 namespace loomstone {
 
@@ -17,6 +20,14 @@ Elasticity::LimitPhaseScope limit_phase(const NearContacts& near, const State& s
   const Index last = all ? n : std::min(engines.layout.end(), n);
   return engines.elasticity->limit_phase(engines.team, state.cloth.x, first, last,
                                          near.yields.empty() ? nullptr : near.yields.data());
+}
+
+// Collective. Returns whether any triangle of any rank is in a stiff phase of its strain limits.
+bool at_limits(const Engines& engines) {
+  if (!engines.limits_in_solve || !engines.limiter) return false;
+  const std::vector<char> on_ranks = results_of_ranks(
+      engines.layout.communicator(), [&]() -> char { return engines.elasticity->in_limit_phase(); });
+  return std::find(on_ranks.begin(), on_ranks.end(), 1) != on_ranks.end();
 }
 
 // Passes the events of the integrator to EventContacts, which handles contacts.
@@ -74,6 +85,8 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
+  inputs.in_contact = near.any_terms;
+  inputs.at_limits = !engines.integrator->damps() && at_limits(engines);
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};

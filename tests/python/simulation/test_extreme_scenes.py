@@ -211,3 +211,52 @@ def test_magnets_hold_the_cloth_between_them(polarization: float) -> None:
         north, south = sim.body_centres
         # The contacts with the cloth must not throw the magnets, which are 6 mm thick, apart.
         assert sim.time < 0.1 or np.linalg.norm(north - south) < 0.006 + 0.015
+
+
+@pytest.mark.parametrize("scheme", [ls.ImplicitMidpoint, ls.BDF2, ls.NonlinearMidpoint])
+def test_schemes_without_damping_stop_at_strain_limits(scheme: type[ls.Integrator]) -> None:
+    mesh = ls.grid(size=(0.3, 0.3), triangles=200)
+    cloth = ls.Cloth(
+        mesh=mesh,
+        material=ls.ClothMaterial(
+            weft_stiffness=2000, warp_stiffness=2000, shear_stiffness=800, density=0.2
+        ),
+        pins=np.flatnonzero(np.abs(mesh.vertices[:, :2]).max(axis=1) > 0.1499),
+        strain_limit=ls.StrainLimit(0.02, 0.02, 0.05),
+    )
+    box = ls.RigidBody(
+        mesh=ls.meshes.box(size=(0.1, 0.05, 0.05)),
+        shape="box",
+        density=2000.0,
+        position=(0, 0, 0.04),
+        velocity=(0, 0, -2),
+    )
+    sim = ls.Simulation(ls.Scene(cloths=[cloth], bodies=[box]), integrator=scheme(), threads=1)
+    while sim.time < 0.1:
+        sim.step()
+        # Undamped steps would throw the cloth back from its limits, with ever more energy.
+        assert sim.report.account.balance < 0.02
+        assert max(sim.report.limits.weft_excess, sim.report.limits.warp_excess) < 0.01
+
+
+@pytest.mark.parametrize("scheme", [ls.ImplicitMidpoint, ls.BDF2, ls.NonlinearMidpoint])
+def test_schemes_without_damping_gain_no_energy_from_contacts(scheme: type[ls.Integrator]) -> None:
+    tilt = np.array([[1, 0, 0], [0, np.cos(0.3), -np.sin(0.3)], [0, np.sin(0.3), np.cos(0.3)]])
+    cloth = ls.Cloth(
+        mesh=ls.grid(size=(0.1, 0.1), triangles=128).moved((0, 0, 0.03), rotation=tilt),
+        material=ls.ClothMaterial(
+            weft_stiffness=2000,
+            warp_stiffness=2000,
+            shear_stiffness=800,
+            density=0.2,
+            bending_weft=1e-3,
+            bending_warp=1e-3,
+        ),
+    )
+    scene = ls.Scene(cloths=[cloth], obstacles=[ls.floor(height=0.0)])
+    sim = ls.Simulation(scene, integrator=scheme(), threads=1)
+    while sim.time < 0.3:
+        sim.step()
+        # If the nonlinear midpoint rule tested contacts at the middle of the step, this would be
+        # 0.3.
+        assert sim.report.account.balance < 0.02
