@@ -53,7 +53,8 @@ void bind_integrators(py::module_& m) {
   bind_method<ImplicitMidpoint>(m, "ImplicitMidpoint",
                                 "Linearised implicit midpoint rule with one linear solve per step, "
                                 "order 2. Little numerical damping. While cloth is at its strain "
-                                "limits, steps are those of SemiImplicitEuler.");
+                                "limits or anything touches, steps are those of "
+                                "SemiImplicitEuler.");
   bind_method<NonlinearMidpoint>(m, "NonlinearMidpoint",
                                  "Implicit midpoint rule solved by Newton's method with line "
                                  "search, order 2. Little numerical damping. While cloth is at its "

@@ -54,8 +54,8 @@ double largest_bending_damping(const ClothModel& model) {
 // Rate at which schemes without damping may amplify oscillations of explicit bending [1/s].
 constexpr double tolerated_growth = 0.01;
 
-// Returns whether explicit bending would be unstable. Let lambda be the largest eigenvalue of M^-1 K
-// for bending, beta its damping and s = h (h + 2 beta) lambda.
+// Returns whether explicit bending would be unstable. Let lambda be the largest eigenvalue of M^-1
+// K for bending, beta its damping and s = h (h + 2 beta) lambda.
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
   const ImplicitOptions& implicit = *options.implicit();
   if (implicit.bending != BendingInStep::Auto) return implicit.bending == BendingInStep::Implicit;

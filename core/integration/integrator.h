@@ -70,9 +70,9 @@ struct StepInputs {
   // Implicit schemes then take the step by backward Euler, because midpoint and BDF-2 throw cloth
   // back from stiff limits.
   bool at_limits = false;
-  // True, on all ranks, if any rank has terms of contacts. The nonlinear midpoint rule then takes
-  // the step by backward Euler: contacts that close within a step give it energy, because it tests
-  // them at the middle of the step.
+  // True, on all ranks, if any rank has terms of contacts. The midpoint rules then take the step by
+  // backward Euler: cloth on stiff contacts would not come to rest, and contacts that close within
+  // a step would give energy to the nonlinear rule, which tests them at the middle of the step.
   bool in_contact = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;

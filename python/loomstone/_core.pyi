@@ -2978,7 +2978,7 @@ class BackwardEuler(Integrator):
 
 class ImplicitMidpoint(Integrator):
     """
-    Linearised implicit midpoint rule with one linear solve per step, order 2. Little numerical damping. While cloth is at its strain limits, steps are those of SemiImplicitEuler.
+    Linearised implicit midpoint rule with one linear solve per step, order 2. Little numerical damping. While cloth is at its strain limits or anything touches, steps are those of SemiImplicitEuler.
 
     Immutable; compared by value.
 

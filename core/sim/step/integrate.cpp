@@ -25,8 +25,9 @@ Elasticity::LimitPhaseScope limit_phase(const NearContacts& near, const State& s
 // Collective. Returns whether any triangle of any rank is in a stiff phase of its strain limits.
 bool at_limits(const Engines& engines) {
   if (!engines.limits_in_solve || !engines.limiter) return false;
-  const std::vector<char> on_ranks = results_of_ranks(
-      engines.layout.communicator(), [&]() -> char { return engines.elasticity->in_limit_phase(); });
+  const std::vector<char> on_ranks = results_of_ranks(engines.layout.communicator(), [&]() -> char {
+    return engines.elasticity->in_limit_phase();
+  });
   return std::find(on_ranks.begin(), on_ranks.end(), 1) != on_ranks.end();
 }
 
