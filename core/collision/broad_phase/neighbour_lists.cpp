@@ -229,7 +229,7 @@ void NeighbourLists::find_used() {
     for (const Index c : used_[s]) marked_[s][c] = 0;
 }
 
-void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
+void NeighbourLists::make(NeighbourList& list, Scratch& scratch) const {
   const SurfacePair& pair = pairs_[list.pair];
   const ClusterTree &a = broad_phase_.tree(pair.a), &b = broad_phase_.tree(pair.b);
   const double base = base_[list.pair];
@@ -238,7 +238,7 @@ void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
   list.slack = std::max(wanted, 1.5 * list.change);
   list.used = 0.0;
   list.cost += ListCosts::made;
-  list.near.clear();
+  list.near = {};
   list.n_vertex_face = 0;
   list.nearest = std::numeric_limits<double>::infinity();
   if (&a != &b || list.a != list.b) {
@@ -249,19 +249,21 @@ void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
     }
   }
   const double reach = base + list.slack;
-  PairSearch(a, b).features(
-      list.a, list.b, reach + rounding, slots, [&](ContactKind kind, Index first, Index second) {
-        const PairKey key = pair_key(first, second);
-        if (broad_phase_.attached(kind, key)) return;
-        const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-        FourPoints p;
-        for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
-        const double distance = distance_within(kind == ContactKind::VertexFace, p, reach);
-        if (!(distance <= reach)) return;
-        list.near.push_back({key, distance});
-        list.n_vertex_face += kind == ContactKind::VertexFace;
-        list.nearest = std::min(list.nearest, distance);
-      });
+  scratch.near.clear();
+  const auto keep = [&](ContactKind kind, Index first, Index second) {
+    const PairKey key = pair_key(first, second);
+    if (broad_phase_.attached(kind, key)) return;
+    const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
+    const double distance = distance_within(kind == ContactKind::VertexFace, p, reach);
+    if (!(distance <= reach)) return;
+    scratch.near.push_back({key, distance});
+    list.n_vertex_face += kind == ContactKind::VertexFace;
+    list.nearest = std::min(list.nearest, distance);
+  };
+  PairSearch(a, b).features(list.a, list.b, reach + rounding, scratch.slots, keep);
+  list.near.assign(scratch.near.begin(), scratch.near.end());  // allocates no more than needed
   list.cost += ListCosts::made_pair * static_cast<float>(list.near.size());
 }
 
@@ -302,12 +304,12 @@ void NeighbourLists::make_ended(const Team& team) {
   constexpr Index at_once = 32;
   const Index n = static_cast<Index>(which.size());
   parallel_tasks(team, (n + at_once - 1) / at_once, [&](Index task) {
-    PairSearch::Slots slots;
+    Scratch scratch;
     const Index begin = task * at_once;
     work_on(
         std::min(n - begin, at_once),
         [&](Index i) -> NeighbourList& { return lists_[which[begin + i]]; },
-        [&](NeighbourList& list) { make(list, slots); });
+        [&](NeighbourList& list) { make(list, scratch); });
   });
   ended_.assign(lists_.size(), 0);
 }

@@ -258,7 +258,12 @@ class NeighbourLists {
   static bool any(const std::vector<Pass>& passes, bool Pass::* flag);
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
-  void make(NeighbourList& list, PairSearch::Slots& slots) const;
+  // Scratch memory of make().
+  struct Scratch {
+    PairSearch::Slots slots;
+    std::vector<NearPair> near;
+  };
+  void make(NeighbourList& list, Scratch& scratch) const;
   // Returns the amount by which distances may change beyond the slack of a list while the list
   // still contains all required pairs [m].
   double spare(Index pair, Cover what) const {
