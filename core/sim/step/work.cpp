@@ -101,7 +101,7 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   const Points start = loads.x0.topRows(cloth.n_vertices);
   // The forces at the end are computed last, because the next part reuses them.
   Points of_limits(0, 3);
-  if (engines.limits_in_solve)
+  if (engines.limits_in_solve && engines.elasticity->in_limit_phase())
     of_limits = limit_forces(start, solved.positions(state.cloth), engines);
   Points force = 0.5 * (inner_forces(start, nullptr, engines) +
                         inner_forces(state.cloth.x, nullptr, engines)) +
