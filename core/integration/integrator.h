@@ -61,7 +61,7 @@ struct StepInputs {
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
   // Called by linearised schemes after the linear solve, which is repeated if the returned error of
-  // friction is too large. May be null.
+  // friction is too large. Null, on all ranks, if no rank has terms of contacts.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   // (n x 3) Positions of fixed rows of cloth at the end [m]; no rows if none is fixed.
@@ -70,16 +70,17 @@ struct StepInputs {
   // Implicit schemes then take the step by backward Euler, because midpoint and BDF-2 throw cloth
   // back from stiff limits.
   bool at_limits = false;
-  // True, on all ranks, if any rank has terms of contacts. The midpoint rules then take the step by
-  // backward Euler: cloth on stiff contacts would not come to rest, and contacts that close within
-  // a step would give energy to the nonlinear rule, which tests them at the middle of the step.
-  bool in_contact = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
   // Rigid bodies. Used only by schemes with moves_bodies(). Null: none.
   const BodiesOfStep* bodies = nullptr;
   // (2 b) per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
+
+  // Returns whether any rank has terms of contacts. The midpoint rules then take the step by
+  // backward Euler: cloth on stiff contacts would not come to rest, and contacts that close within
+  // a step would give energy to the nonlinear rule, which tests them at the middle of the step.
+  bool in_contact() const { return friction_at != nullptr; }
 };
 
 struct IntegrationReport {

@@ -64,7 +64,7 @@ class LinearisedIntegrator final : public Integrator {
     // unstable for ratios above 1 + sqrt(2) = 2.41. Without history, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
-    const bool damp = inputs.at_limits || (scheme_ == Scheme::Midpoint && inputs.in_contact);
+    const bool damp = inputs.at_limits || (scheme_ == Scheme::Midpoint && inputs.in_contact());
     const Scheme undamped = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
     const Scheme scheme = damp ? Scheme::BackwardEuler : undamped;
     taken_ = scheme;
@@ -99,7 +99,7 @@ class LinearisedIntegrator final : public Integrator {
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force
     // at the end of the step. This is the same on all ranks.
-    bool asks_friction() const { return inputs.friction_at != nullptr; }
+    bool asks_friction() const { return inputs.in_contact(); }
     // [begin, end): cloth rows of this rank
     Index begin() const { return std::min(layout.begin(), n); }
     Index end() const { return std::min(layout.end(), n); }

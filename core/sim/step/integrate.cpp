@@ -86,7 +86,6 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
-  inputs.in_contact = near.any_terms;
   inputs.at_limits = !engines.integrator->damps() && at_limits(engines);
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
