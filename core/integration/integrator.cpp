@@ -62,11 +62,11 @@ bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& mod
   const double h = implicit.step.given.value();
   const double s =
       h * (h + 2.0 * largest_bending_damping(model)) * Elasticity::bending_eigenvalue(model);
-  // These schemes amplify every oscillation. In a step, amplitudes grow by about s^2 / 8 (midpoint)
-  // or s^2 / 4 (BDF-2) if the force is extrapolated, and by s / 4 if it is not.
-  if (options.is<ImplicitMidpoint>()) return s * s / 8.0 > h * tolerated_growth;
+  // These schemes extrapolate the force, and amplify every oscillation. In a step, amplitudes grow
+  // by about s^2 / 8 (midpoint) or s^2 / 4 (BDF-2).
+  if (options.is<ImplicitMidpoint>() || options.is<NonlinearMidpoint>())
+    return s * s / 8.0 > h * tolerated_growth;
   if (options.is<Bdf2>()) return s * s / 4.0 > h * tolerated_growth;
-  if (options.is<NonlinearMidpoint>()) return s / 4.0 > h * tolerated_growth;
   // If the force, with its damping part beta K v, is evaluated at the start of the step, symplectic
   // Euler is stable for s < 4. The factor 0.8 is a safety margin.
   const double limit = 0.8 * 2.0;

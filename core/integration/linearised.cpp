@@ -13,6 +13,7 @@
 
 #include "core/base/message.h"
 #include "core/base/own_rows.h"
+#include "core/integration/explicit_bending.h"
 #include "core/integration/integrator_factories.h"
 #include "core/integration/scheme_coefficients.h"
 #include "core/integration/step_solve.h"
@@ -46,6 +47,7 @@ class LinearisedIntegrator final : public Integrator {
         direct_(options.linear_solver == LinearMethod::Direct ||
                 options.linear_solver == LinearMethod::Supernodal),
         corrects_stress_(options.accuracy.has_value() && scheme == Scheme::BackwardEuler),
+        bending_(scheme != Scheme::BackwardEuler),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
@@ -183,7 +185,7 @@ class LinearisedIntegrator final : public Integrator {
   void assemble(const Step& step, ClothState& state) {
     const SchemeCoefficients& c = step.c;
     const Index begin = step.begin(), end = step.end();
-    add_explicit_bending(step, state);
+    bending_.add(step.team, {begin, end, step.inputs.step, c.time}, elasticity_, state, force());
     const Points* viscous_velocity = nullptr;
     if (step.scheme == Scheme::Bdf2) {
       drift_ = -c.history / c.sigma * (state.x - state.previous_x);
@@ -201,29 +203,6 @@ class LinearisedIntegrator final : public Integrator {
         rhs_.row(row) +=
             c.history * model_.mass[row] * (state.v.row(row) - state.previous_v.row(row));
     });
-  }
-
-  // Adds explicit bending forces. Second-order schemes extrapolate these forces from the starts of
-  // the last step and of this one to SchemeCoefficients::time.
-  void add_explicit_bending(const Step& step, ClothState& state) {
-    if (elasticity_.implicit_bending()) return;
-    const Index begin = step.begin(), end = step.end();
-    keep_zero_outside(bending_, model_.n_vertices);
-    parallel_for(step.team, end - begin, [&](Index i) { bending_.row(begin + i).setZero(); });
-    elasticity_.add_explicit_bending(step.team, state.x, state.v, begin, end, bending_);
-    const bool second_order = scheme_ != Scheme::BackwardEuler;
-    const bool extrapolate = second_order && state.previous_bending.rows() == model_.n_vertices;
-    if (!extrapolate)
-      parallel_for(step.team, end - begin,
-                   [&](Index i) { force().row(begin + i) += bending_.row(begin + i); });
-    else
-      parallel_for(step.team, end - begin, [&](Index i) {
-        const Index row = begin + i;
-        force().row(row) +=
-            bending_.row(row) + step.c.time / state.last_length(step.inputs.step) *
-                                    (bending_.row(row) - state.previous_bending.row(row));
-      });
-    if (second_order) state.previous_bending = bending_;
   }
 
   // Solves for dv. With contacts, a first solve to a loose tolerance predicts their motion, which
@@ -312,13 +291,14 @@ class LinearisedIntegrator final : public Integrator {
   // the error of steps is not bounded, and for schemes other than backward Euler. In those schemes,
   // forces would turn less than the cloth does, which adds energy.
   bool corrects_stress_;
+  ExplicitBending bending_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps
   // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // terms with the friction of the second solve
   OwnRows rhs_;
-  Points rhs_with_terms_, displacement_, drift_, bending_, next_x_, next_v_;
+  Points rhs_with_terms_, displacement_, drift_, next_x_, next_v_;
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/base/message.h"
+#include "core/integration/explicit_bending.h"
 #include "core/integration/integrator_factories.h"
 #include "core/integration/scheme_coefficients.h"
 #include "core/integration/step_solve.h"
@@ -33,6 +34,7 @@ class NewtonIntegrator final : public Integrator {
                    const ClothModel& model, Elasticity& elasticity)
       : midpoint_(scheme == Scheme::Midpoint),
         scheme_(scheme),
+        bending_(scheme == Scheme::Midpoint),
         name_(name),
         options_(options),
         model_(model),
@@ -47,7 +49,8 @@ class NewtonIntegrator final : public Integrator {
   bool asks_energy() const override { return true; }
   Memory memory() const override {
     const auto of = [](const Iterate& it) { return bytes_of(it.velocity, it.residual, it.terms); };
-    return {bytes_of(start_x_, start_velocity_, load_, all_load_, correction_, x_, cloth_, force_) +
+    return {bytes_of(bending_, start_x_, start_velocity_, load_, all_load_, correction_, x_, cloth_,
+                     force_) +
                 of(now_) + of(trial_),
             memory_.solver_bytes(), memory_.preconditioner_bytes()};
   }
@@ -94,14 +97,15 @@ class NewtonIntegrator final : public Integrator {
     double potential = NAN;  // NAN until it is evaluated
   };
 
-  void begin_step(const Step& step, const ClothState& state, const Points& body_velocity) {
+  void begin_step(const Step& step, ClothState& state, const Points& body_velocity) {
     const Index n = step.n, rows = step.layout.n_rows();
     start_x_ = state.x;
     start_velocity_.resize(rows, 3);
     start_velocity_.topRows(n) = state.v;
     start_velocity_.bottomRows(rows - n) = body_velocity;
     load_ = step.inputs.force->whole(n);
-    elasticity_.add_explicit_bending(step.team, state.x, state.v, step.begin(), step.end(), load_);
+    bending_.add(step.team, {step.begin(), step.end(), step.h(), step.c.time}, elasticity_, state,
+                 load_);
     all_load_ = load_;
     if (!step.layout.single()) {
       all_load_.conservativeResize(rows, 3);
@@ -371,6 +375,7 @@ class NewtonIntegrator final : public Integrator {
 
   bool midpoint_;  // the last step was a midpoint step
   Scheme scheme_;
+  ExplicitBending bending_;
   std::string_view name_;
   NewtonOptions options_;
   const ClothModel& model_;
