@@ -57,8 +57,10 @@ double lost_after_solve(const Solved& solved, const Engines& engines, const Stat
   if (solved.x.rows() == 0) return lost;
   if (!same_bits(solved.v, cloth.v))
     lost += kinetic_energy(engines, solved.v) - kinetic_energy(engines, cloth.v);
-  if (!same_bits(solved.x, cloth.x))
-    lost += potential_energy(engines, solved.x) - potential_energy(engines, cloth.x);
+  if (!same_bits(solved.x, cloth.x)) {
+    const double before = potential_energy(engines, solved.x);
+    lost += before - potential_energy(engines, cloth.x);  // last, because it is needed again
+  }
   return lost;
 }
 
