@@ -69,12 +69,12 @@ PartitionTrees::PartitionTrees(const CollisionModel& model, const std::vector<Su
       vertex_boxes_(model.n_vertices) {
   for (std::size_t i = 0; i < pairs.size(); ++i)
     pair_of_[pairs[i].a * surfaces_.size() + pairs[i].b] = static_cast<Index>(i);
-  const std::int64_t n_cloth = std::max<Index>(1, n_cloth_vertices(model));
+  const std::int64_t n_cloth = std::max<Index>(1, n_cloth_vertices(model)), parts = n_parts;
   PartOf part_of;
   part_of.triangle.assign(model.triangles.rows(), 0);
   for (Index t = 0; t < model.triangles.rows(); ++t)
     if (model.surfaces[model.surface_of_triangle[t]].kind == CollisionSurface::Kind::Cloth)
-      part_of.triangle[t] = static_cast<Index>(model.triangles(t, 0) * n_parts / n_cloth);
+      part_of.triangle[t] = static_cast<Index>(parts * model.triangles(t, 0) / n_cloth);
   part_of.vertex = part_of_vertices(model, part_of.triangle, n_parts);
   part_of.edge = part_of_edges(model, part_of.triangle, n_parts);
   for (std::size_t s = 0; s < surfaces_.size(); ++s)

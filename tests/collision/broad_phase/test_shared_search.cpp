@@ -212,6 +212,16 @@ TEST_CASE("top-level tests are dealt out evenly and none twice") {
   }
 }
 
+// The product of the numbers of vertices and partitions exceeds 32 bits.
+TEST_CASE("meshes may be divided into more partitions than they have vertices") {
+  const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 200, 200), Kind::Cloth, 3e-3}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const PartitionTrees trees(scene.model, pairs, 60000);
+  std::vector<std::uint8_t> first(scene.model.n_vertices, 0);
+  for (Index t = 0; t < scene.model.triangles.rows(); ++t) first[scene.model.triangles(t, 0)] = 1;
+  CHECK(trees.n_hierarchies() == std::count(first.begin(), first.end(), 1));
+}
+
 TEST_CASE("recorded tests form trees in which each test appears once") {
   const TestScene scene = crumpled();
   const Points x1 = shaken(scene.x, 2e-3, 6);
