@@ -1,0 +1,112 @@
+"""Compares the digests of scenes on several numbers of ranks and threads, in all decompositions.
+
+    python tests/benchmarks/layouts.py [--scenes twist stack] [--layouts 1x1 2x2 7x1]
+
+Starts itself with mpirun, once for each layout (ranks x threads). Layouts with several ranks run a
+second time with LOOMSTONE_ROTATE_OWNERS, which gives the neighbour lists to other ranks in every
+search. Ends with exit status 1 if two digests of a scene differ.
+"""
+
+import argparse
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+from collections import defaultdict
+from typing import Literal
+
+import loomstone as ls
+from loomstone import _core
+from smoke import SCENES, missing, parsed
+
+# Parameters of each scene, and the time at which it ends [s].
+CASES = {
+    "table_cloth": ({"triangles": 1800}, 0.3),
+    "wave_bar": ({"triangles": 1800}, 0.25),
+    "twist": ({"triangles": 1800}, 0.6),
+    "stack": ({"triangles": 128}, 0.25),
+    "dress": ({"triangles": 1500}, 0.08),
+    "card": ({"triangles": 1500}, 0.3),
+    "ribbon": ({}, 0.03),
+}
+LAYOUTS = ["1x1", "1x2", "2x1", "2x2", "3x1", "4x1", "7x1"]
+ROTATE = "LOOMSTONE_ROTATE_OWNERS"
+
+
+def simulate(given: argparse.Namespace) -> None:
+    """Prints the digest of each scene in each decomposition, on rank 0."""
+    ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
+    sys.path.insert(0, str(SCENES))
+    for name in given.scenes:
+        module = importlib.import_module(name)
+        parameters, end = CASES[name]
+        asynchronous = isinstance(getattr(module, "integrator", None), ls.Asynchronous)
+        names: tuple[Literal["predicted", "static", "dynamic"], ...] = ("predicted",)
+        if not asynchronous and ROTATE not in os.environ:
+            names += ("static", "dynamic")
+        for decomposition in names:
+            sim = ls.Simulation(
+                module.scene(**parameters),
+                integrator=getattr(module, "integrator", None),
+                threads=given.threads,
+                communicator=ranks,
+                decomposition=decomposition,
+            )
+            contacts = 0
+            while sim.time < given.share * end:
+                sim.step()
+                contacts = max(contacts, sim.report.contacts.near)
+            digest = sim.digest()
+            if ranks.rank == 0:
+                print(name, decomposition, digest, sim.step_index, contacts, flush=True)
+
+
+def launch(layout: str, rotate: bool, given: argparse.Namespace) -> list[list[str]]:
+    """Returns the words of the lines that simulate() prints in a layout."""
+    ranks, threads = layout.split("x")
+    command = [sys.executable, __file__, "--threads", threads, "--share", str(given.share)]
+    command += ["--scenes", *given.scenes]
+    if int(ranks) > 1:
+        command = ["mpirun", "-n", ranks, "--oversubscribe", "--bind-to", "none", *command]
+    environment = dict(os.environ)
+    for name in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
+        environment[name] = "1"
+    environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+    if rotate:
+        environment[ROTATE] = "1"
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit(f"{layout}: {done.stdout}{done.stderr}")
+    return [line.split() for line in done.stdout.splitlines()]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--scenes", nargs="+", choices=CASES, default=list(CASES))
+    parser.add_argument("--layouts", nargs="+", default=LAYOUTS, help="ranks x threads")
+    parser.add_argument("--share", type=float, default=1.0, help="part of the time of each scene")
+    parser.add_argument("--threads", type=int, help="simulates on this number of threads")
+    given = parsed(parser, layouts=["1x1", "2x1"], scenes=["twist"], share=0.1)
+    if given.threads is not None:
+        return simulate(given)
+    if shutil.which("mpirun") is None:
+        missing("mpirun is not installed")
+    found: defaultdict[str, set[str]] = defaultdict(set)
+    for layout in given.layouts:
+        several = not layout.startswith("1x")
+        for rotate in (False, True) if several else (False,):
+            runs = launch(layout, rotate, given)
+            for name, decomposition, digest, steps, contacts in runs:
+                found[name].add(digest)
+                how = f"{decomposition}, rotated" if rotate else decomposition
+                print(f"{layout} {name}, {how}: {steps} steps, {contacts} contacts, {digest[:12]}")
+    different = [name for name, digests in found.items() if len(digests) > 1]
+    print("different digests:", ", ".join(different) or "none", flush=True)
+    raise SystemExit(1 if different else 0)
+
+
+if __name__ == "__main__":
+    main()
