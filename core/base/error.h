@@ -26,6 +26,13 @@ class SolverFailure : public Error {
   using Error::Error;
 };
 
+// A shorter step may succeed, because no solution was found, the step is too long to be stable, or
+// its matrix is not positive definite. The mass is the larger part of the matrix of a shorter step.
+class StepFailure : public SolverFailure {
+ public:
+  using SolverFailure::SolverFailure;
+};
+
 // A file could not be written, read or interpreted (OSError in Python).
 class CacheError : public Error {
  public:

@@ -14,6 +14,7 @@ void fail_formatted(fmt::string_view text, fmt::format_args values) {
 template void fail_formatted<Error>(fmt::string_view, fmt::format_args);
 template void fail_formatted<InvalidInput>(fmt::string_view, fmt::format_args);
 template void fail_formatted<SolverFailure>(fmt::string_view, fmt::format_args);
+template void fail_formatted<StepFailure>(fmt::string_view, fmt::format_args);
 template void fail_formatted<CacheError>(fmt::string_view, fmt::format_args);
 template void fail_formatted<Unsupported>(fmt::string_view, fmt::format_args);
 

@@ -24,6 +24,7 @@ template <class Failure>
 extern template void fail_formatted<Error>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<InvalidInput>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<SolverFailure>(fmt::string_view, fmt::format_args);
+extern template void fail_formatted<StepFailure>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<CacheError>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<Unsupported>(fmt::string_view, fmt::format_args);
 

@@ -94,12 +94,6 @@ struct IntegrationReport {
   std::int64_t events = 0, synchronous_events = 0;
 };
 
-// Thrown if no solution is found or the step is too long to be stable. A shorter step may succeed.
-class StepFailure : public SolverFailure {
- public:
-  using SolverFailure::SolverFailure;
-};
-
 // Thrown if a Newton scheme does not converge. `row` is the cloth vertex with the largest residual
 // among those that are not prescribed.
 class NewtonFailure : public StepFailure {

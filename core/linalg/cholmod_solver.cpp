@@ -206,7 +206,7 @@ class DirectSolver final : public LinearSolver {
     cholmod_factorize(&lower, factor_, &common_);
     if (common_.status == CHOLMOD_NOT_POSDEF) {
       const int row = static_cast<const int*>(factor_->Perm)[factor_->minor] / 3;
-      fail<SolverFailure>(
+      fail<StepFailure>(
           "linear solve: the matrix must be positive definite, got a negative pivot in row {} "
           "(direct); reduce the step size",
           row);

@@ -58,7 +58,7 @@ void throw_not_finite(const LinearSystem& system, const Points& b, const Points&
   const auto first =
       static_cast<Index>(-layout.communicator().maximum(-static_cast<std::int64_t>(bad)));
   if (first == layout.n_rows())
-    throw SolverFailure(
+    throw StepFailure(
         "linear solve: the matrix must be finite, got a product that is not; check the forces and "
         "the step size");
   fail<SolverFailure>(
@@ -72,14 +72,14 @@ void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
   const std::int64_t mine = bad_row < 0 ? none : bad_row;
   const auto first = static_cast<Index>(-system.layout->communicator().maximum(-mine));
   if (first < none)
-    fail<SolverFailure>(
+    fail<StepFailure>(
         "linear solve: the matrix must be positive definite, got a diagonal block that is not in "
         "row {}; check its mass and reduce the step size",
         first);
 }
 
 void throw_indefinite(const char* method, int iteration) {
-  fail<SolverFailure>(
+  fail<StepFailure>(
       "linear solve: the matrix must be positive definite, got a direction of negative curvature "
       "({}, iteration {}); reduce the step size",
       method, iteration);

@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-enum Kind : int { None, Other, Input, Solver, Cache, NotOffered };
+enum Kind : int { None, Other, Input, Solver, Step, Cache, NotOffered };
 
 Kind describe(const std::exception_ptr& failure, std::string& text) {
   try {
@@ -18,6 +18,9 @@ Kind describe(const std::exception_ptr& failure, std::string& text) {
   } catch (const InvalidInput& error) {
     text = error.what();
     return Input;
+  } catch (const StepFailure& error) {
+    text = error.what();
+    return Step;
   } catch (const SolverFailure& error) {
     text = error.what();
     return Solver;
@@ -50,6 +53,8 @@ void agree_on(const Communicator& communicator, std::exception_ptr failure) {
       throw InvalidInput(text);
     case Solver:
       throw SolverFailure(text);
+    case Step:
+      throw StepFailure(text);
     case Cache:
       throw CacheError(text);
     case NotOffered:

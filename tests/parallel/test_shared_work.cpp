@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <numeric>
+#include <typeinfo>
 
 #include "core/base/error.h"
 #include "core/parallel/merge_runs.h"
@@ -71,6 +73,28 @@ TEST_CASE("if the work of some ranks fails, all ranks throw the error of the low
     });
     for (const std::string& text : said) CHECK(text == "rank 1");
   }
+}
+
+TEST_CASE("the error of a rank keeps its type on all ranks") {
+  const auto count = [](auto&& failure) {
+    std::atomic<int> kept = 0;
+    on_ranks(2, [&](const auto& ranks) {
+      try {
+        results_of_ranks(*ranks, [&] {
+          if (ranks->rank() == 1) throw failure;
+          return 0;
+        });
+      } catch (const Error& error) {
+        kept += typeid(error) == typeid(failure);
+      }
+    });
+    return kept.load();
+  };
+  CHECK(count(InvalidInput("")) == 2);
+  CHECK(count(SolverFailure("")) == 2);
+  CHECK(count(StepFailure("")) == 2);
+  CHECK(count(CacheError("")) == 2);
+  CHECK(count(Unsupported("")) == 2);
 }
 
 TEST_CASE("a repeated gather gives all elements and notes, with one exchange if sizes are alike") {

@@ -299,6 +299,20 @@ def test_a_failed_step_says_where_and_keeps_the_last_good_state(hanging):
     assert np.isfinite(sim.positions).all()
 
 
+@pytest.mark.parametrize("solver", ["pcg", "direct"])
+@pytest.mark.parametrize("scheme", [ls.SemiImplicitEuler, ls.ImplicitMidpoint])
+def test_a_step_whose_matrix_is_indefinite_is_taken_in_parts(scheme, solver):
+    # The exact Jacobian of compressed cloth is indefinite. The mass outweighs it in shorter steps.
+    mesh = ls.grid(size=(0.3, 0.3), cells=(10, 10))
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], gravity=(0, 0, 0), collisions=False)
+    steps = scheme(step=0.02, accuracy=None, jacobian="exact", linear_solver=solver)
+    sim = ls.Simulation(scene, integrator=steps)
+    noise = np.random.default_rng(1).normal(size=mesh.vertices.shape)
+    sim.positions = 0.7 * mesh.vertices + 1e-4 * noise
+    sim.step()
+    assert sim.time == 0.02 and sim.report.parts > 4
+
+
 @pytest.mark.parametrize("scheme", [ls.ImplicitMidpoint, ls.BDF2, ls.NonlinearMidpoint])
 def test_schemes_without_damping_do_not_amplify_stiff_bending(scheme):
     # Explicit bending would multiply the energy of this sheet by more than 1,000.
