@@ -53,16 +53,17 @@ void bind_integrators(py::module_& m) {
   bind_method<ImplicitMidpoint>(m, "ImplicitMidpoint",
                                 "Linearised implicit midpoint rule with one linear solve per step, "
                                 "order 2. Little numerical damping. While cloth is at its strain "
-                                "limits or anything touches, steps are taken by backward Euler.");
+                                "limits, anything touches or energy has risen, steps are taken by "
+                                "backward Euler.");
   bind_method<NonlinearMidpoint>(m, "NonlinearMidpoint",
                                  "Implicit midpoint rule solved by Newton's method with line "
                                  "search, order 2. Little numerical damping. While cloth is at its "
-                                 "strain limits or anything touches, steps are taken by backward "
-                                 "Euler.");
+                                 "strain limits, anything touches or energy has risen, steps are "
+                                 "taken by backward Euler.");
   bind_method<Bdf2>(m, "BDF2",
                     "Linearised second-order backward differences (Choi and Ko 2002), order 2. "
-                    "Less numerical damping than Euler. While cloth is at its strain limits, steps "
-                    "are taken by backward Euler.");
+                    "Less numerical damping than Euler. While cloth is at its strain limits or "
+                    "energy has risen, steps are taken by backward Euler.");
   bind_method<Asynchronous>(
       m, "Asynchronous",
       "Asynchronous variational integrator: every triangle has its own explicit step. Order 2 with "

@@ -66,10 +66,10 @@ struct StepInputs {
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   // (n x 3) Positions of fixed rows of cloth at the end [m]; no rows if none is fixed.
   const Points* target = nullptr;
-  // True, on all ranks, if any triangle is in a stiff phase of its strain limits (see LimitPhase).
-  // Implicit schemes then take the step by backward Euler, because midpoint and BDF-2 throw cloth
-  // back from stiff limits.
-  bool at_limits = false;
+  // True, on all ranks, if implicit schemes must take the step by backward Euler: any triangle is
+  // in a stiff phase of its strain limits (see LimitPhase), from which midpoint and BDF-2 throw
+  // cloth back, or the scheme has gained energy (see has_gained()).
+  bool damped = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
   // Rigid bodies. Used only by schemes with moves_bodies(). Null: none.

@@ -66,7 +66,7 @@ class LinearisedIntegrator final : public Integrator {
     // unstable for ratios above 1 + sqrt(2) = 2.41. Without history, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
-    const bool damp = inputs.at_limits || (scheme_ == Scheme::Midpoint && inputs.in_contact());
+    const bool damp = inputs.damped || (scheme_ == Scheme::Midpoint && inputs.in_contact());
     const Scheme undamped = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
     const Scheme scheme = damp ? Scheme::BackwardEuler : undamped;
     taken_ = scheme;

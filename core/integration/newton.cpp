@@ -57,7 +57,7 @@ class NewtonIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    midpoint_ = scheme_ == Scheme::Midpoint && !inputs.at_limits && !inputs.in_contact();
+    midpoint_ = scheme_ == Scheme::Midpoint && !inputs.damped && !inputs.in_contact();
     const SchemeCoefficients c =
         coefficients(midpoint_ ? Scheme::Midpoint : Scheme::BackwardEuler, inputs.step);
     const BodyRows bodies(inputs.step, c);

@@ -2978,7 +2978,7 @@ class BackwardEuler(Integrator):
 
 class ImplicitMidpoint(Integrator):
     """
-    Linearised implicit midpoint rule with one linear solve per step, order 2. Little numerical damping. While cloth is at its strain limits or anything touches, steps are taken by backward Euler.
+    Linearised implicit midpoint rule with one linear solve per step, order 2. Little numerical damping. While cloth is at its strain limits, anything touches or energy has risen, steps are taken by backward Euler.
 
     Immutable; compared by value.
 
@@ -3079,7 +3079,7 @@ class ImplicitMidpoint(Integrator):
 
 class NonlinearMidpoint(Integrator):
     """
-    Implicit midpoint rule solved by Newton's method with line search, order 2. Little numerical damping. While cloth is at its strain limits or anything touches, steps are taken by backward Euler.
+    Implicit midpoint rule solved by Newton's method with line search, order 2. Little numerical damping. While cloth is at its strain limits, anything touches or energy has risen, steps are taken by backward Euler.
 
     Immutable; compared by value.
 
@@ -3198,7 +3198,7 @@ class NonlinearMidpoint(Integrator):
 
 class BDF2(Integrator):
     """
-    Linearised second-order backward differences (Choi and Ko 2002), order 2. Less numerical damping than Euler. While cloth is at its strain limits, steps are taken by backward Euler.
+    Linearised second-order backward differences (Choi and Ko 2002), order 2. Less numerical damping than Euler. While cloth is at its strain limits or energy has risen, steps are taken by backward Euler.
 
     Immutable; compared by value.
 

@@ -13,14 +13,15 @@ namespace {
 // Energy that contacts may create by the end of a part, if ImplicitOptions::accuracy is 1, as a
 // fraction of the largest kinetic energy so far or, if that is larger, of the energy of contacts at
 // the start of the part. The accuracy multiplies this tolerance. Our choice: in 27 falls of towels
-// on a floor, the gain is then at most 0.021 (docs/experiments/energy.md).
+// on a floor, the gain is then at most 0.021 (docs/experiments/energy.md). Schemes without damping
+// take steps by backward Euler while they have gained more than this fraction.
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, beyond the work of scripts and loads and
 // the energy that contacts lose, as a fraction of the same scale. Where pins move cloth without
-// strain limits, gain_tolerance applies instead. The accuracy multiplies this tolerance, too. Our
-// choice: in 14 other scenes, the gain is below 0.003. It is 0.63 where contacts throw two magnets
-// apart that should stay together, and up to 0.07 in harmless steps of such magnets
-// (docs/experiments/energy.md).
+// strain limits, and in schemes without damping, gain_tolerance applies instead. The accuracy
+// multiplies this tolerance, too. Our choice: in 14 other scenes, the gain is below 0.003. It is
+// 0.63 where contacts throw two magnets apart that should stay together, and up to 0.07 in harmless
+// steps of such magnets (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For this gain, the scale is at least this fraction of the work of scripts in the part. Our
 // choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and
@@ -124,6 +125,16 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
   return after.untangles ? 0.0 : std::max(0.0, -lost);
 }
 
+bool has_gained(const StepContext& part, const NearContacts& near, const Engines& engines,
+                const State& state) {
+  if (!engines.accuracy) return false;
+  const EnergyAccount& account = state.account;
+  const double scale =
+      std::max({account.largest_kinetic, std::abs(account.scripts), std::abs(account.loads)});
+  return gain_at_start(part, engines, state) + near.energy - account.start_of_contacts >
+         gain_tolerance * *engines.accuracy * scale;
+}
+
 void report_account(const State& state, StepReport& report) {
   const EnergyAccount& account = state.account;
   AccountReport& to = report.account;
@@ -157,8 +168,9 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
   const double energy = energy_at_end(state, part.t1, engines);
   // Strain limits change the energy, too, which shorter steps do not prevent.
-  const bool moved = !engines.limiter && pins_move(engines.model.cloth, loads);
-  if (!moved && std::max(energy, near.energy) <= tolerated) return part.length;
+  const bool strict =
+      !engines.limiter && (!engines.integrator->damps() || pins_move(engines.model.cloth, loads));
+  if (!strict && std::max(energy, near.energy) <= tolerated) return part.length;
   // The gain at the start is measured first, because energies at its positions are still known.
   const double at_start = gain_at_start(part, engines, state);
   const double at_end = measured_gain(state, poses_of_magnets(state, part.t1, engines), engines);
@@ -167,7 +179,7 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   // If scripts stretch cloth slowly, their work is much larger than the kinetic energy.
   const double work = std::abs(account.scripts - part.start->account.scripts);
   const double most =
-      (moved ? gain_tolerance : release_tolerance) * std::max(scale, share_of_work * work);
+      (strict ? gain_tolerance : release_tolerance) * std::max(scale, share_of_work * work);
   if (in_part > *engines.accuracy * most) return std::max(least, part.length / 2);
   const double gain = at_end - account.start_of_contacts;
   if (by_contacts <= tolerated || gain + energy <= tolerated) return part.length;

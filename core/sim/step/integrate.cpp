@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/parallel/shared_work.h"
+#include "core/sim/step/energy_account.h"
 
 namespace loomstone {
 
@@ -86,7 +87,8 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
-  inputs.at_limits = !engines.integrator->damps() && at_limits(engines);
+  inputs.damped = engines.integrator->implicit() && !engines.integrator->damps() &&
+                  (at_limits(engines) || has_gained(part, near, engines, state));
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};
