@@ -18,10 +18,10 @@ namespace {
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, beyond the work of scripts and loads and
 // the energy that contacts lose, as a fraction of the same scale. Where pins move cloth without
-// strain limits, and in schemes without damping, gain_tolerance applies instead. The accuracy
-// multiplies this tolerance, too. Our choice: in 14 other scenes, the gain is below 0.003. It is
-// 0.63 where contacts throw two magnets apart that should stay together, and up to 0.07 in harmless
-// steps of such magnets (docs/experiments/energy.md).
+// strain limits, gain_tolerance applies instead. The accuracy multiplies this tolerance, too. Our
+// choice: in 14 other scenes, the gain is below 0.003. It is 0.63 where contacts throw two magnets
+// apart that should stay together, and up to 0.07 in harmless steps of such magnets
+// (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For this gain, the scale is at least this fraction of the work of scripts in the part. Our
 // choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and
@@ -79,6 +79,13 @@ double measured_gain(const SteppedState& state, const std::vector<RigidPose>& ob
   return gain_of(state.account, report);
 }
 
+// Returns a bound on the energy of rounding errors [J]: that of cloth which moves by 1e-10 of its
+// size in a part.
+double rounding_energy(const StepContext& part, const Model& model) {
+  const double speed = 1e-10 * model.cloth_size / part.h;
+  return 0.5 * model.cloth.mass.sum() * speed * speed;
+}
+
 // Returns gain_of() for the start of the part that led to `state` [J].
 double gain_at_start(const StepContext& part, const Engines& engines, const State& state) {
   std::vector<RigidPose> obstacles;
@@ -125,13 +132,12 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
   return after.untangles ? 0.0 : std::max(0.0, -lost);
 }
 
-bool has_gained(const StepContext& part, const NearContacts& near, const Engines& engines,
-                const State& state) {
+bool has_gained(const StepContext& part, const Engines& engines, const State& state) {
   if (!engines.accuracy) return false;
   const EnergyAccount& account = state.account;
-  const double scale =
-      std::max({account.largest_kinetic, std::abs(account.scripts), std::abs(account.loads)});
-  return gain_at_start(part, engines, state) + near.energy - account.start_of_contacts >
+  const double scale = std::max({account.largest_kinetic, std::abs(account.scripts),
+                                 std::abs(account.loads), rounding_energy(part, engines.model)});
+  return gain_at_start(part, engines, state) - account.start_of_contacts >
          gain_tolerance * *engines.accuracy * scale;
 }
 
@@ -168,9 +174,9 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
   const double energy = energy_at_end(state, part.t1, engines);
   // Strain limits change the energy, too, which shorter steps do not prevent.
-  const bool strict =
-      !engines.limiter && (!engines.integrator->damps() || pins_move(engines.model.cloth, loads));
-  if (!strict && std::max(energy, near.energy) <= tolerated) return part.length;
+  const bool moved = !engines.limiter && pins_move(engines.model.cloth, loads);
+  const bool may_gain = moved || (!engines.limiter && !engines.integrator->damps());
+  if (!may_gain && std::max(energy, near.energy) <= tolerated) return part.length;
   // The gain at the start is measured first, because energies at its positions are still known.
   const double at_start = gain_at_start(part, engines, state);
   const double at_end = measured_gain(state, poses_of_magnets(state, part.t1, engines), engines);
@@ -178,8 +184,8 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double in_part = at_end - at_start + std::min(0.0, by_contacts);
   // If scripts stretch cloth slowly, their work is much larger than the kinetic energy.
   const double work = std::abs(account.scripts - part.start->account.scripts);
-  const double most =
-      (strict ? gain_tolerance : release_tolerance) * std::max(scale, share_of_work * work);
+  const double most = (moved ? gain_tolerance : release_tolerance) *
+                      std::max({scale, share_of_work * work, rounding_energy(part, engines.model)});
   if (in_part > *engines.accuracy * most) return std::max(least, part.length / 2);
   const double gain = at_end - account.start_of_contacts;
   if (by_contacts <= tolerated || gain + energy <= tolerated) return part.length;

@@ -23,12 +23,11 @@ struct AfterSolve {
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
-// Returns whether cloth, bodies and contacts have more energy at the start of a part than the
-// account allows: more than a fraction, scaled by ImplicitOptions::accuracy, of the largest kinetic
-// energy so far or, if that is larger, of the work of scripts and loads. Always false without an
-// accuracy.
-bool has_gained(const StepContext& part, const NearContacts& near, const Engines& engines,
-                const State& state);
+// Returns whether everything but contacts has gained energy by the start of a part, beyond the work
+// of scripts and loads and the energy that contacts had when the account began. The tolerated gain
+// is a fraction, scaled by ImplicitOptions::accuracy, of the largest kinetic energy so far or, if
+// that is larger, of this work. Always false without an accuracy.
+bool has_gained(const StepContext& part, const Engines& engines, const State& state);
 
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);

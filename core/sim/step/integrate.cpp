@@ -88,7 +88,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
   inputs.damped = engines.integrator->implicit() && !engines.integrator->damps() &&
-                  (at_limits(engines) || has_gained(part, near, engines, state));
+                  (at_limits(engines) || has_gained(part, engines, state));
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};
