@@ -1,6 +1,6 @@
 """Compares the digests of scenes on several numbers of ranks and threads, in all decompositions.
 
-    python tests/benchmarks/layouts.py [--scenes twist stack] [--layouts 1x1 2x2 7x1]
+    python tests/benchmarks/ranks/layouts.py [--scenes twist stack] [--layouts 1x1 2x2 7x1]
 
 Starts itself with mpirun, once for each layout (ranks x threads). Layouts with several ranks run a
 second time with LOOMSTONE_ROTATE_OWNERS, which gives the neighbour lists to other ranks in every
@@ -14,10 +14,13 @@ import shutil
 import subprocess
 import sys
 from collections import defaultdict
+from pathlib import Path
 from typing import Literal
 
 import loomstone as ls
 from loomstone import _core
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from smoke import SCENES, missing, parsed
 
 # Parameters of each scene, and the time at which it ends [s].
