@@ -1,4 +1,5 @@
-"""Functions shared by the benchmarks: the --smoke option and the exit when something is missing.
+"""Functions shared by the benchmarks: the --smoke option, the exit when something is missing, and
+the start of programs on several ranks.
 
 With --smoke a program defaults to tiny sizes and ends within seconds; the tests run it this way.
 Exit status 77 means that something that the program needs is missing; the standard error names it.
@@ -8,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -16,6 +18,10 @@ from typing import Any, NoReturn
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 SHARED = ROOT.parent / "shared"  # external data sets and programs, next to the project directory
+
+
+# Lets mpirun start programs as root, as in containers.
+AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
 def parsed(parser: argparse.ArgumentParser, **tiny: Any) -> argparse.Namespace:
@@ -44,3 +50,13 @@ def present(path: Path) -> Path:
     if not path.exists():
         missing(f"{path} is not there")
     return path
+
+
+def mpirun(ranks: int) -> list[str]:
+    """Returns the words that start a program on a number of ranks, which may share processors.
+
+    Exits with status 77 if mpirun is not installed. Requires the environment AS_ROOT.
+    """
+    if shutil.which("mpirun") is None:
+        missing("mpirun is not installed")
+    return ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks)]

@@ -19,7 +19,6 @@ import csv
 import json
 import math
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -27,7 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from smoke import SCENES, missing, parsed
+from smoke import AS_ROOT, SCENES, mpirun, parsed
 
 NETWORKS = {"1.5 us, 10 GB/s": (1.5e-6, 1e10, 0.2e-6), "12 us, 1 GB/s": (12e-6, 1e9, 0.5e-6)}
 
@@ -91,18 +90,15 @@ def predicted(runs: list[Measured], ranks: int, network: tuple[float, float, flo
 
 def record(directory: Path) -> list[Path]:
     """Runs a small drape on one rank and on two; returns the directories of both runs."""
-    if shutil.which("mpirun") is None:
-        missing("mpirun is not installed")
-    as_root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     runs = []
     for ranks in (1, 2):
         out = directory / str(ranks)
-        launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+        launcher = mpirun(ranks) if ranks > 1 else []
         command = [sys.executable, "-m", "loomstone", "run", str(SCENES / "drape.py")]
         options = ["-p", "triangles=450", "--duration", "0.05", "--threads", "1", "--out", str(out)]
         done = subprocess.run(
             [*launcher, *command, *options],
-            env={**os.environ, **as_root},
+            env={**os.environ, **AS_ROOT},
             capture_output=True,
             text=True,
         )

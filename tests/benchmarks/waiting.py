@@ -18,14 +18,13 @@ import contextlib
 import json
 import os
 import re
-import shutil
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 
-from smoke import SCENES, missing, parsed
+from smoke import AS_ROOT, SCENES, mpirun, parsed
 
 
 def drape(triangles: int, duration: float, threads: int, ranks: bool) -> None:
@@ -62,7 +61,7 @@ def measured(given: argparse.Namespace, row: int) -> tuple[float, float]:
     the spin count, or the number of ranks with --ranks.
     """
     environment = {k: v for k, v in os.environ.items() if k != "OMP_WAIT_POLICY"}
-    environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    environment |= AS_ROOT
     if given.ranks or row == 0:
         environment["OMP_WAIT_POLICY"] = "passive"
     else:
@@ -70,8 +69,7 @@ def measured(given: argparse.Namespace, row: int) -> tuple[float, float]:
     command = [sys.executable, __file__, "--child", "--triangles", str(given.triangles)]
     command += ["--duration", str(given.duration), "--threads", str(given.threads)]
     if given.ranks:
-        start = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(row)]
-        command = [*start, *command, "--ranks"]
+        command = [*mpirun(row), *command, "--ranks"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(done.stderr)
@@ -100,8 +98,6 @@ def main() -> None:
     )
     if given.ranks:
         given.threads = 1
-        if shutil.which("mpirun") is None:
-            missing("mpirun is not installed")
     if given.child:
         drape(given.triangles, given.duration, given.threads, given.ranks)
         return

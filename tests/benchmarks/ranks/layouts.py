@@ -10,7 +10,6 @@ search. Ends with exit status 1 if two digests of a scene differ.
 import argparse
 import importlib
 import os
-import shutil
 import subprocess
 import sys
 from collections import defaultdict
@@ -21,7 +20,7 @@ import loomstone as ls
 from loomstone import _core
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from smoke import SCENES, missing, parsed
+from smoke import AS_ROOT, SCENES, mpirun, parsed
 
 # Parameters of each scene, and the time at which it ends [s].
 CASES = {
@@ -71,11 +70,8 @@ def launch(layout: str, rotate: bool, given: argparse.Namespace) -> list[list[st
     command = [sys.executable, __file__, "--threads", threads, "--share", str(given.share)]
     command += ["--scenes", *given.scenes]
     if int(ranks) > 1:
-        command = ["mpirun", "-n", ranks, "--oversubscribe", "--bind-to", "none", *command]
-    environment = dict(os.environ)
-    for name in ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"):
-        environment[name] = "1"
-    environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+        command = [*mpirun(int(ranks)), *command]
+    environment = {**os.environ, **AS_ROOT, "OMPI_MCA_mpi_yield_when_idle": "1"}
     if rotate:
         environment[ROTATE] = "1"
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
@@ -95,8 +91,6 @@ def main() -> None:
     given = parsed(parser, layouts=["1x1", "2x1"], scenes=["twist"], share=0.1)
     if given.threads is not None:
         return simulate(given)
-    if shutil.which("mpirun") is None:
-        missing("mpirun is not installed")
     found: defaultdict[str, set[str]] = defaultdict(set)
     for layout in given.layouts:
         several = not layout.startswith("1x")
