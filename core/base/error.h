@@ -26,8 +26,8 @@ class SolverFailure : public Error {
   using Error::Error;
 };
 
-// A shorter step may succeed, because no solution was found, the step is too long to be stable, or
-// its matrix is not positive definite. The mass is the larger part of the matrix of a shorter step.
+// A shorter step may succeed: no solution was found, the step is too long to be stable, or its
+// matrix is not finite and positive definite. In shorter steps, the mass dominates the matrix.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;

@@ -80,7 +80,7 @@ double measured_gain(const SteppedState& state, const std::vector<RigidPose>& ob
 }
 
 // Returns a bound on the energy of rounding errors [J]: that of cloth which moves by 1e-10 of its
-// size in a part.
+// size in a part. Our choice: rounding of positions moves cloth by about 1e-16 of its size.
 double rounding_energy(const StepContext& part, const Model& model) {
   const double speed = 1e-10 * model.cloth_size / part.h;
   return 0.5 * model.cloth.mass.sum() * speed * speed;

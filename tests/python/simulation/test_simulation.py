@@ -346,7 +346,7 @@ def test_schemes_without_damping_gain_little_energy_where_steps_are_long(scheme)
     sim.velocities = velocities
     while sim.time < 0.05:
         sim.step()
-        # Both the gain of a part and the gain before a step is damped are at most 0.02.
+        # Steps are damped while 0.02 has been gained. The gain of the last undamped step is on top.
         assert sim.report.account.balance < 0.04
 
 
