@@ -103,8 +103,8 @@ void bind_candidates(py::module_& m) {
       "ascending order and exclude\n"
       "pairs that share a vertex. engine: \"clusters\" (our own tree), \"embree\" or "
       "\"brute-force\". All of them return the same\n"
-      "pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: all "
-      "processors.\n"
+      "pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: "
+      "OMP_NUM_THREADS or all processors.\n"
       "Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that "
       "are not finite.");
 }
@@ -209,8 +209,8 @@ void bind_detector(py::module_& m) {
                  Detector(as_rows<Triangles>(triangles, "triangles")), team_of(threads)});
            }),
            py::arg("triangles"), py::kw_only(), py::arg("threads") = 0,
-           "triangles (m, 3); threads 0: all processors. Results do not depend on the number of "
-           "threads.")
+           "triangles (m, 3); threads 0: OMP_NUM_THREADS or all processors. Results do not "
+           "depend on the number of threads.")
       .def(
           "candidates",
           [](BoundDetector& self, const py::object& x0, const py::object& x1, In<"m"> inflation,

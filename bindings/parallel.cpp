@@ -65,8 +65,12 @@ void bind_parallel(py::module_& m) {
       "comm.py2f()). -1: all ranks.");
   m.def("launched_by_mpi", &launched_by_mpi,
         "True if an MPI launcher started this process as one of several ranks.");
-  m.def("default_thread_count", &default_thread_count,
+  m.def("available_processors", &available_processors,
         "Number of processors that this process may use.");
+  m.def("threads_in_environment", &threads_in_environment,
+        "Number of threads in OMP_NUM_THREADS (of a list, its first number), or 0 without one.");
+  m.def("default_thread_count", &default_thread_count,
+        "threads_in_environment() or, without it, available_processors().");
 }
 
 }  // namespace loomstone

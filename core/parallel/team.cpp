@@ -3,6 +3,7 @@
 #include "core/parallel/team.h"
 
 #include <atomic>
+#include <cstdlib>
 
 #include <omp.h>
 #include <pthread.h>
@@ -27,12 +28,28 @@ void in_forked_child() {
 
 }  // namespace
 
-int default_thread_count() {
+int available_processors() {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
   if (sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) > 0)
     return CPU_COUNT(&allowed);
   return std::max(1, omp_get_num_procs());
+}
+
+int threads_in_environment() {
+  const char* text = std::getenv("OMP_NUM_THREADS");
+  if (text == nullptr) return 0;
+  char* end = nullptr;
+  const long number = std::strtol(text, &end, 10);
+  while (*end == ' ') ++end;
+  return (*end == '\0' || *end == ',') && number >= 1 && number <= most_threads
+             ? static_cast<int>(number)
+             : 0;
+}
+
+int default_thread_count() {
+  const int given = threads_in_environment();
+  return given > 0 ? given : available_processors();
 }
 
 int thread_number() { return omp_get_thread_num(); }

@@ -20,7 +20,6 @@
 namespace loomstone {
 
 namespace {
-constexpr int most_threads = 1024;  // libgomp aborts if it cannot start all requested threads
 
 // Marks a running step. Throws if another step is running, because two concurrent steps would
 // corrupt the state.
@@ -149,8 +148,8 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
                        Decomposition decomposition)
     : data_(std::make_unique<Data>()) {
   if (threads < 0 || threads > most_threads)
-    fail<InvalidInput>("threads must be in [0, {}] (0: all processors), got {}", most_threads,
-                       threads);
+    fail<InvalidInput>("threads must be in [0, {}] (0: OMP_NUM_THREADS or all processors), got {}",
+                       most_threads, threads);
   integrator.visit([](const auto& method) { check_fields(method, "integrator"); });
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);

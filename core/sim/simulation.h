@@ -27,7 +27,7 @@ struct CircuitState;
 
 class Simulation {
  public:
-  // Checks the scene and builds it. threads = 0 uses all processors. Results do not depend on
+  // Checks the scene and builds it. threads = 0: default_thread_count(). Results do not depend on
   // threads, ranks or decomposition. Throws InvalidInput or Unsupported.
   Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
              std::shared_ptr<const Communicator> communicator = single_communicator(),

@@ -79,6 +79,7 @@ __all__: list[str] = [
     "TriangleMesh",
     "Unsupported",
     "WithheldReport",
+    "available_processors",
     "body_color",
     "box",
     "candidates",
@@ -135,6 +136,7 @@ __all__: list[str] = [
     "soft_cylinder",
     "soft_mesh",
     "soft_sphere",
+    "threads_in_environment",
     "wave_bar",
     "write_checkpoint",
     "write_mesh",
@@ -3480,7 +3482,7 @@ class Detector:
         self, triangles: typing.Any, *, threads: typing.SupportsInt | typing.SupportsIndex = 0
     ) -> None:
         """
-        triangles (m, 3); threads 0: all processors. Results do not depend on the number of threads.
+        triangles (m, 3); threads 0: OMP_NUM_THREADS or all processors. Results do not depend on the number of threads.
         """
     def candidates(
         self,
@@ -4534,6 +4536,11 @@ class Simulation:
         (n) internal row of each vertex
         """
 
+def available_processors() -> int:
+    """
+    Number of processors that this process may use.
+    """
+
 def body_color(
     body: typing.SupportsInt | typing.SupportsIndex,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
@@ -4567,7 +4574,7 @@ def candidates(
     all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a vertex and a triangle, and
     edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in ascending order and exclude
     pairs that share a vertex. engine: "clusters" (our own tree), "embree" or "brute-force". All of them return the same
-    pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: all processors.
+    pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: OMP_NUM_THREADS or all processors.
     Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that are not finite.
     """
 
@@ -4625,7 +4632,7 @@ def cylinder(
 
 def default_thread_count() -> int:
     """
-    Number of processors that this process may use.
+    threads_in_environment() or, without it, available_processors().
     """
 
 def dipole_energy(
@@ -4967,6 +4974,11 @@ def soft_sphere(
     saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     degree: typing.SupportsInt | typing.SupportsIndex = 0,
 ) -> SoftBody: ...
+def threads_in_environment() -> int:
+    """
+    Number of threads in OMP_NUM_THREADS (of a list, its first number), or 0 without one.
+    """
+
 def wave_bar(
     length: typing.SupportsFloat | typing.SupportsIndex,
     radius: typing.SupportsFloat | typing.SupportsIndex,

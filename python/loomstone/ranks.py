@@ -18,10 +18,11 @@ from ._core import (
     InvalidInput,
     SolverFailure,
     Unsupported,
-    default_thread_count,
+    available_processors,
     launched_by_mpi,
     mpi_communicator,
     single_communicator,
+    threads_in_environment,
 )
 from .base.claims import broken_claim
 
@@ -57,12 +58,20 @@ _BINDING = "OMPI_MCA_hwloc_base_binding_policy"
 
 
 def default_threads() -> int:
-    """Returns the number of threads that this rank should use: one for each processor in its share.
+    """Returns the number of threads that this rank should use.
+
+    This is the number in OMP_NUM_THREADS or, without it, one for each processor in its share.
+    """
+    return threads_in_environment() or processors_of_rank()
+
+
+def processors_of_rank() -> int:
+    """Returns the number of processors in the share of this rank.
 
     Ranks on the same node share its processors equally. If Open MPI binds each rank to processors,
     or Slurm sets a number of processors per rank, the share is limited to these processors.
     """
-    usable = default_thread_count()
+    usable = available_processors()
     if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):
         return min(usable, given)
     # Open MPI sets the first variable; MPICH and Intel MPI set the second.

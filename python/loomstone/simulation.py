@@ -43,9 +43,10 @@ class Simulation(_core.Simulation):
 
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
-    threads : largest number of threads; 0: one for each processor. While other programs keep the
-        processors busy, a single rank uses one thread, unless OMP_WAIT_POLICY is passive. Results
-        do not depend on the number.
+    threads : largest number of threads; 0: the number in the environment variable OMP_NUM_THREADS
+        or, without it, one for each processor. While other programs keep the processors busy, a
+        single rank uses one thread, unless OMP_WAIT_POLICY is passive. Results do not depend on the
+        number.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array of the cloth is assigned

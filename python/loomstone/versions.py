@@ -41,7 +41,7 @@ def show_versions() -> None:
             print(f"{package} not installed")
     plugin = os.path.join(os.path.dirname(_core.__file__), "libloomstone_mpi.so")
     print(
-        f"processors {_core.default_thread_count()}, MPI plug-in"
+        f"processors {_core.available_processors()}, MPI plug-in"
         f" {'present' if os.path.exists(plugin) else 'absent'}"
     )
     print(f"waiting threads: {WAITING}")

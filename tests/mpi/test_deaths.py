@@ -175,11 +175,14 @@ def test_processes_of_another_launcher_are_refused_before_they_overwrite_one_ano
         ({"SLURM_STEP_ID": "0", "SLURM_CPUS_PER_TASK": "4", "SLURM_NTASKS": "8"}, 4),
         ({"SLURM_STEP_ID": "0"}, 8),
         ({"OMPI_COMM_WORLD_LOCAL_SIZE": "many"}, 8),
+        ({"OMP_NUM_THREADS": "3", "MPI_LOCALNRANKS": "4"}, 3),
+        ({"OMP_NUM_THREADS": "3,2"}, 3),
+        ({"OMP_NUM_THREADS": "many", "MPI_LOCALNRANKS": "4"}, 2),
     ],
 )
 def test_ranks_of_a_node_share_its_processors(environment, wanted, monkeypatch):
     for name in list(os.environ):
-        if name.startswith(("OMPI_", "MPI_", "SLURM_")):
+        if name.startswith(("OMP_", "OMPI_", "MPI_", "SLURM_")):
             monkeypatch.delenv(name)
     given = dict(environment)
     if given.pop("NONE", None):
@@ -188,6 +191,6 @@ def test_ranks_of_a_node_share_its_processors(environment, wanted, monkeypatch):
         monkeypatch.setenv(name, value)
     from loomstone import ranks as module
 
-    monkeypatch.setattr(module, "default_thread_count", lambda: 8)
+    monkeypatch.setattr(module, "available_processors", lambda: 8)
     monkeypatch.setattr(os, "cpu_count", lambda: 16)
     assert module.default_threads() == wanted

@@ -5,7 +5,9 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <string>
 
 #include "core/base/error.h"
 #include "core/parallel/nested_regions.h"
@@ -64,7 +66,28 @@ TEST_CASE("an exception propagates out of a loop") {
                     InvalidInput);
 }
 
-TEST_CASE("the default number of threads is at least one") { CHECK(default_thread_count() >= 1); }
+TEST_CASE("the default number of threads is that of OMP_NUM_THREADS, or the processors") {
+  const char* found = std::getenv("OMP_NUM_THREADS");
+  const std::string before = found ? found : "";
+  unsetenv("OMP_NUM_THREADS");
+  CHECK(available_processors() >= 1);
+  CHECK(default_thread_count() == available_processors());
+  const int other = available_processors() + 1;
+  for (const std::string text : {"{}", " {} ", "{},1"}) {
+    const std::string given = std::string(text).replace(text.find("{}"), 2, std::to_string(other));
+    setenv("OMP_NUM_THREADS", given.c_str(), 1);
+    CHECK(default_thread_count() == other);
+  }
+  for (const char* text : {"", "0", "-2", "many", "2x", "1000000"}) {
+    setenv("OMP_NUM_THREADS", text, 1);
+    CHECK(threads_in_environment() == 0);
+    CHECK(default_thread_count() == available_processors());
+  }
+  if (found)
+    setenv("OMP_NUM_THREADS", before.c_str(), 1);
+  else
+    unsetenv("OMP_NUM_THREADS");
+}
 
 TEST_CASE("a child forked after a parallel loop refuses to run one and still runs serial ones") {
   const auto code_of = [](auto&& body) {

@@ -39,7 +39,9 @@ Parameters = Annotated[
     list[str],
     typer.Option("-p", "--parameter", help="parameter of scene() as name=value; may be repeated"),
 ]
-Threads = Annotated[int, typer.Option(help="number of threads; 0: all processors", min=0)]
+Threads = Annotated[
+    int, typer.Option(help="number of threads; 0: OMP_NUM_THREADS or all processors", min=0)
+]
 Decomposition = Annotated[
     str,
     typer.Option(

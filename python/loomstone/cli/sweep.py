@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ..ranks import default_threads
+from ..ranks import processors_of_rank
 from ..runs.frame_times import told_of_part_frame
 from ..runs.scene_file import SceneFile
 from ..runs.signals import Interrupted
@@ -84,7 +84,7 @@ def sweep(
         if scheduler:
             ends = on_dask(left, command, scheduler)
         else:
-            ends = on_this_machine(left, command, jobs or max(1, default_threads() // threads))
+            ends = on_this_machine(left, command, jobs or max(1, processors_of_rank() // threads))
         failed = _follow(ends, points, len(left), target)
         rows = write_table(points, target / "table.csv")
         print(f"table: {target / 'table.csv'} ({len(rows)} runs)")

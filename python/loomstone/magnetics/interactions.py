@@ -115,7 +115,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     or to the pair's own force or torque / radius if that is larger. Linear and angular momentum are
     conserved to rounding. Between bodies made by cells(), the forces are sums over their cells. As
     in `force`, errors are estimated, and magnets that overlap and wires that meet raise
-    InvalidInput. threads 0: all processors; the result does not depend on it.
+    InvalidInput. threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it.
 
     The method `at` places each body at its pose:
 
@@ -138,8 +138,9 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     tolerance [1]: error relative to the energy of each pair or, if that is larger, to 1e-3 mu0 m1
     m2 / (4 pi r^3) with the moments m1 and m2 and the sum r of both radii. The energy of an induced
     body is that of its charge in the potential of the magnet, and does not depend on the tolerance.
-    threads 0: all processors; the result does not depend on it. Raises Unsupported for currents,
-    because keeping them constant requires work, and in general for two induced bodies.
+    threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. Raises
+    Unsupported for currents, because keeping them constant requires work, and in general for two
+    induced bodies.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

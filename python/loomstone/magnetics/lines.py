@@ -72,9 +72,9 @@ def field_lines(
     direction, it also ends after `length` [m] (0: 20 extents) or a thousand steps (more if
     tolerance < 1e-5). extent 0: four times the radius of the bounding ball of the bodies, about the
     centre of that ball. tolerance [1]: error of a step divided by the extent. Between neighbouring
-    points a line turns by about 0.1 rad at most, except at surfaces. threads 0: all processors; the
-    result does not depend on it. Raises InvalidInput for values out of range, and if no line can
-    start.
+    points a line turns by about 0.1 rad at most, except at surfaces. threads 0: OMP_NUM_THREADS or
+    all processors; the result does not depend on it. Raises InvalidInput for values out of range,
+    and if no line can start.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))

@@ -183,9 +183,9 @@ def induce(
     / mu0. For chi >> 1, the force of a cube magnet on an equal cube is 12 % too large at a gap of
     one edge, and 37 % at a quarter.
 
-    threads 0: all processors; the result does not depend on it. The mutual response raises
-    InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found. The explicit
-    response raises InvalidInput for bodies with saturation.
+    threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. The mutual
+    response raises InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.
+    The explicit response raises InvalidInput for bodies with saturation.
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)

@@ -84,7 +84,7 @@ def render_run(
     missing = [(i, path) for i, path in every if frames is not None or not path.exists()]
     told = progress or (lambda _: None)
     told(len(every) - len(missing))
-    jobs = max(1, min(jobs or _core.default_thread_count(), len(missing)))
+    jobs = max(1, min(jobs or _core.available_processors(), len(missing)))
     if jobs == 1:
         painter = painter_of(run, renderer, shown, ranges, simulation)
         for i, path in missing:
