@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/halves.h"
+
 namespace loomstone {
 
 namespace {
 
 // Returns the parameter in [0, 1] of the point closest to p on the segment from b to b + d. Returns
 // 0 for a segment of zero length.
-double parameter_on_segment(const Vec3& p, const Vec3& b, const Vec3& d) {
+LOOMSTONE_INLINE double parameter_on_segment(const Vec3& p, const Vec3& b, const Vec3& d) {
   const double length2 = d.squaredNorm();
   if (!(length2 > 0.0)) return 0.0;
   return std::clamp((p - b).dot(d) / length2, 0.0, 1.0);
@@ -80,7 +82,7 @@ ClosestPair closest_edge_edge(const FourPoints& points) {
   const double determinant = aa * bb - ab * ab;
   ClosestPair best{};
   double best2 = INFINITY;
-  const auto take = [&](double s, double t, bool interior) {
+  const auto take = [&](double s, double t, bool interior) LOOMSTONE_INLINE_LAMBDA {
     const Vec3 difference = r + s * da - t * db;
     const double distance2 = difference.squaredNorm();
     if (distance2 < best2) {
