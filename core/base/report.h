@@ -268,9 +268,11 @@ struct AccountReport {
         field("lost", &R::lost, "J", unlimited(),
               "remaining loss: by contacts, contacts between bodies, limit impulses and the "
               "integrator"),
-        field("balance", &R::balance, "1", unlimited(),
-              "increase since the start of the energy (without that of contacts) minus the work, "
-              "relative to the largest kinetic energy so far"),
+        field(
+            "balance", &R::balance, "1", unlimited(),
+            "increase since the start of the energy (without that of contacts) minus the work, "
+            "relative to the largest kinetic energy so far; 0 while cloth moves by rounding errors "
+            "only"),
         field("contact_balance", &R::contact_balance, "1", unlimited(),
               "the same balance with the energy of contacts"),
         field("largest_kinetic", &R::largest_kinetic, "J", unlimited(),

@@ -92,7 +92,7 @@ void measure(const State& state, double time, const Engines& engines, Measuring 
   Elasticity& elasticity = engines.elasticity_for(how);
   measure_energies(state, time, engines, elasticity, report);
   report.strain = largest_strain(engines, elasticity, state.cloth.x);
-  report_account(state, report);
+  report_account(engines.model, state, report);
 }
 
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines,

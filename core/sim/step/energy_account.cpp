@@ -80,9 +80,9 @@ double measured_gain(const SteppedState& state, const std::vector<RigidPose>& ob
 }
 
 // Returns a bound on the energy of rounding errors [J]: that of cloth which moves by 1e-10 of its
-// size in a part. Our choice: rounding of positions moves cloth by about 1e-16 of its size.
-double rounding_energy(const StepContext& part, const Model& model) {
-  const double speed = 1e-10 * model.cloth_size / part.h;
+// size in h [s]. Our choice: rounding of positions moves cloth by about 1e-16 of its size.
+double rounding_energy(double h, const Model& model) {
+  const double speed = 1e-10 * model.cloth_size / h;
   return 0.5 * model.cloth.mass.sum() * speed * speed;
 }
 
@@ -136,12 +136,12 @@ bool has_gained(const StepContext& part, const Engines& engines, const State& st
   if (!engines.accuracy) return false;
   const EnergyAccount& account = state.account;
   const double scale = std::max({account.largest_kinetic, std::abs(account.scripts),
-                                 std::abs(account.loads), rounding_energy(part, engines.model)});
+                                 std::abs(account.loads), rounding_energy(part.h, engines.model)});
   return gain_at_start(part, engines, state) - account.start_of_contacts >
          gain_tolerance * *engines.accuracy * scale;
 }
 
-void report_account(const State& state, StepReport& report) {
+void report_account(const Model& model, const State& state, StepReport& report) {
   const EnergyAccount& account = state.account;
   AccountReport& to = report.account;
   to = {};
@@ -152,7 +152,8 @@ void report_account(const State& state, StepReport& report) {
   to.largest_kinetic = account.largest_kinetic;
   const double gain = gain_of(account, report);
   to.lost = -gain - account.friction - account.damping - account.limits - account.withheld;
-  if (account.largest_kinetic == 0.0) return;
+  const double rounding = report.length > 0.0 ? rounding_energy(report.length, model) : 0.0;
+  if (account.largest_kinetic <= rounding) return;
   to.balance = gain / account.largest_kinetic;
   to.contact_balance =
       (gain + report.energy.contact - account.start_of_contacts) / account.largest_kinetic;
@@ -184,8 +185,9 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double in_part = at_end - at_start + std::min(0.0, by_contacts);
   // If scripts stretch cloth slowly, their work is much larger than the kinetic energy.
   const double work = std::abs(account.scripts - part.start->account.scripts);
-  const double most = (moved ? gain_tolerance : release_tolerance) *
-                      std::max({scale, share_of_work * work, rounding_energy(part, engines.model)});
+  const double most =
+      (moved ? gain_tolerance : release_tolerance) *
+      std::max({scale, share_of_work * work, rounding_energy(part.h, engines.model)});
   if (in_part > *engines.accuracy * most) return std::max(least, part.length / 2);
   const double gain = at_end - account.start_of_contacts;
   if (by_contacts <= tolerated || gain + energy <= tolerated) return part.length;

@@ -30,7 +30,7 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
 bool has_gained(const StepContext& part, const Engines& engines, const State& state);
 
 // Sets the account and the balances in a report whose energies are those of `state`.
-void report_account(const State& state, StepReport& report);
+void report_account(const Model& model, const State& state, StepReport& report);
 
 // Returns the length to which the part must be shortened if more energy has been created than is
 // tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart). A part is
