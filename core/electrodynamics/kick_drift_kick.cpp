@@ -14,6 +14,16 @@ constexpr int most_substeps = 4096;
 // by this factor.
 constexpr double tolerated_growth = 4.0 / 3.0;
 
+// Applies the impulses on body b.
+void push(const MagneticRotor& body, Index b, const BodyImpulses& impulses, MovingBodies& bodies) {
+  bodies.state.velocities.row(b) += impulses.linear.row(b) / body.mass.mass;
+  bodies.momenta.row(b) += impulses.angular.row(b);
+  if (!body.bearing) return;
+  const Vec3& axis = body.bearing->axis;
+  bodies.momenta.row(b) = bodies.momenta.row(b).dot(axis) * axis.transpose();
+  bodies.state.velocities.row(b).setZero();
+}
+
 }  // namespace
 
 void Substeps::resolve(double frequency) {
@@ -33,23 +43,23 @@ bool Substeps::halve() {
   return true;
 }
 
-MovingBodies begin_motion(const MagneticModel& model, const Points& impulses,
-                          const Points& angular_impulses, RigidState& state) {
+MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impulses,
+                          RigidState& state) {
   MovingBodies bodies{state, Points(model.n_bodies(), 3)};
-  Points& momenta = bodies.momenta;
   for (Index b = 0; b < model.n_bodies(); ++b) {
-    const MagneticRotor& body = model.bodies[b];
-    state.velocities.row(b) += impulses.row(b) / body.mass.mass;
     const Vec3 spin = state.angular_velocities.row(b).transpose();
-    momenta.row(b) =
-        angular_momentum(body.rotor, state.orientations.row(b).transpose(), spin).transpose();
-    momenta.row(b) += angular_impulses.row(b);
-    if (!body.bearing) continue;
-    const Vec3& axis = body.bearing->axis;
-    momenta.row(b) = momenta.row(b).dot(axis) * axis.transpose();
-    state.velocities.row(b).setZero();
+    bodies.momenta.row(b) =
+        angular_momentum(model.bodies[b].rotor, state.orientations.row(b).transpose(), spin)
+            .transpose();
+    push(model.bodies[b], b, impulses, bodies);
   }
   return bodies;
+}
+
+void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
+                  const ContactAnswer& answer, MovingBodies& bodies) {
+  for (Index b = 0; b < model.n_bodies(); ++b)
+    if (!answer.touched[b] || model.bodies[b].bearing) push(model.bodies[b], b, impulses, bodies);
 }
 
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,

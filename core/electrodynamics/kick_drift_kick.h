@@ -25,16 +25,21 @@ struct MovingBodies {
   Points momenta;  // angular momenta, world axes [kg m^2/s]
 };
 
-// Begins the motion of a step by applying impulses [N s] and angular impulses [N m s] (b x 3).
-// Bodies in bearings keep only their rotation about the axis.
-MovingBodies begin_motion(const MagneticModel& model, const Points& impulses,
-                          const Points& angular_impulses, RigidState& state);
+// Begins the motion of a step by applying impulses. Bodies in bearings keep only their rotation
+// about the axis.
+MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impulses,
+                          RigidState& state);
 
 // Result of RigidWorld for the full kick of a sub-step.
 struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
 };
+
+// Applies the impulses at the end of a step to the bodies that move freely. RigidWorld must have
+// applied them to the bodies in contact (answer_contacts()).
+void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
+                  const ContactAnswer& answer, MovingBodies& bodies);
 // Applies `wrenches` and gravity to copies of the bodies for the whole sub-step h [s], and advances
 // the copies by RigidWorld, which resolves contacts. `end` contains the positions of the obstacles
 // at the end of the sub-step.
@@ -64,6 +69,7 @@ class Substeps {
   // `most` is the limit of sub-step length times angular frequency [1].
   Substeps(double step, double most) : step_(step), most_(most), limit_(most) {}
   bool left() const { return place_ < parts_; }
+  bool last() const { return place_ + 1 == parts_; }
   double elapsed() const { return step_ * place_ / parts_; }  // [s]
   // Elapsed fraction of the step, now and after one more sub-step.
   double share() const { return static_cast<double>(place_) / parts_; }

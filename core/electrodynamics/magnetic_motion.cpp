@@ -34,6 +34,14 @@ double work_of_obstacles(double duration, const std::vector<Twist>& twists,
   return work;
 }
 
+// Adds impulses to the wrenches on the bodies, which act for h [s].
+void add_impulses(const BodyImpulses& impulses, double h, CarrierWrenches& wrenches) {
+  for (Index b = 0; b < impulses.linear.rows(); ++b) {
+    wrenches[b].force += impulses.linear.row(b).transpose() / h;
+    wrenches[b].torque += impulses.angular.row(b).transpose() / h;
+  }
+}
+
 // Copies poses and velocities, but not RigidState::manifolds.
 void put_back(const RigidState& from, RigidState& to) {
   to.positions = from.positions, to.orientations = from.orientations;
@@ -188,7 +196,9 @@ MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& pa
   const CarrierWrenches between_first = wrenches_between_magnets(motion.last_->actions);
   const CarrierWrenches first = kick(start + 0.25 * h, 0.5 * h, *motion.last_);
   result.obstacle_work = work_of_obstacles(0.5 * h, twists, motion.last_->actions);
-  const ContactAnswer answer = answer_contacts(model, h, first, there, bodies, world);
+  CarrierWrenches on_touching = first;
+  if (parts.last()) add_impulses(step.at_end, h, on_touching);
+  const ContactAnswer answer = answer_contacts(model, h, on_touching, there, bodies, world);
   result.obstacle_work += world.obstacle_work();
   const RigidState before = bodies.state;
   const double kinetic = kinetic_energy(model, bodies);
@@ -206,6 +216,7 @@ MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& pa
                          between_first,
                          wrenches_between_magnets(now.actions)};
   result.error = relative_work_error(model, work, std::max(kinetic, kinetic_energy(model, bodies)));
+  if (parts.last()) end_impulses(model, step.at_end, answer, bodies);
   return result;
 }
 
@@ -218,7 +229,7 @@ MagneticEffort MagneticMotion::advance(const Team& team, const MagneticStep& ste
                 world,
                 magnetic,
                 obstacle_twists(step.obstacles.poses, step.moved_obstacles.poses, step.length),
-                begin_motion(model_, step.impulses, step.angular_impulses, state)};
+                begin_motion(model_, step.at_start, state)};
   MagneticEffort effort;
   course.arrive(step.obstacles, step.start);
   for (Substeps parts(step.length, model_.substep); parts.left(); ++effort.substeps) {

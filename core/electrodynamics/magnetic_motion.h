@@ -16,8 +16,8 @@ namespace loomstone {
 
 // Input of a step: its times, external impulses and obstacle motion.
 struct MagneticStep {
-  double start = 0.0, length = 0.0;           // [s]
-  const Points &impulses, &angular_impulses;  // (b x 3), applied at the start [N s], [N m s]
+  double start = 0.0, length = 0.0;  // [s]
+  const BodyImpulses &at_start, &at_end;
   const ObstaclePlaces &obstacles, &moved_obstacles;  // positions at the start and at the end
 };
 

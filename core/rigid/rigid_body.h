@@ -87,6 +87,11 @@ struct RigidState {
   std::vector<unsigned char> manifolds;  // serialised contacts and obstacle positions for restore()
 };
 
+// Impulses [N s] and angular impulses [N m s] on all bodies (b x 3 each).
+struct BodyImpulses {
+  Points linear, angular;
+};
+
 // Throws InvalidInput unless `state` has one row for each of n bodies.
 void check_rows(const RigidState& state, Index n);
 // Throws SolverFailure if the state after a step of length `step` [s] is not finite.

@@ -69,7 +69,8 @@ struct Motion {
   }
   void renew() { stage = std::make_unique<MagneticMotion>(model); }
   void advance(int n) {
-    const Points none = Points::Zero(model.n_bodies(), 3);
+    const Points zeros = Points::Zero(model.n_bodies(), 3);
+    const BodyImpulses none{zeros, zeros};
     for (int i = 0; i < n; ++i)
       stage->advance({}, {step * steps++, step, none, none, places, places}, world, state,
                      magnetic);

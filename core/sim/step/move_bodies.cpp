@@ -1,15 +1,13 @@
 #include "core/sim/step/move_bodies.h"
 
+#include <array>
+
+#include "core/base/rotation.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {
 
 namespace {
-
-// Impulses [N s] and angular impulses [N m s] on the bodies (b x 3 each).
-struct BodyImpulses {
-  Points linear, angular;
-};
 
 // Returns the impulses that change the velocities of the bodies from `before` to `after` (2 b x 3).
 BodyImpulses solved_impulses(const Loads& loads, const Points& before, const Points& after,
@@ -33,6 +31,41 @@ BodyImpulses given_impulses(const Loads& loads, const SolvedBodies& solved, cons
     impulses.angular.row(b) += loads.body_impulse.row(2 * b + 1);
   }
   return impulses;
+}
+
+// Divides the impulses that the cloth and the user's forces exert in a part between its start and
+// its end, so that bodies without contacts and with constant magnetic forces have the velocities
+// and the mean velocities in the part that the integrator has computed. If the integrator has not
+// moved the bodies, all impulses act at the start.
+std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
+                                             const SolvedBodies& solved, const RigidState& rigid,
+                                             const Model& model) {
+  BodyImpulses first = given_impulses(loads, solved, model), last = first;
+  last.linear.setZero(), last.angular.setZero();
+  if (solved.poses.empty()) return {first, last};
+  const Points start = body_velocities(rigid);
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const double mass = model.body_mass[b].mass;
+    const RigidPose &from = loads.body_poses[b], &to = solved.poses[b];
+    // Momenta at the start, and half of what gravity and magnetic forces add to them.
+    const Vec3 momentum =
+        0.5 * (mass * (start.row(2 * b) + loads.body_velocity.row(2 * b)).transpose() -
+               loads.body_impulse.row(2 * b).transpose());
+    const Vec3 spin =
+        0.5 * (loads.body_mass[2 * b + 1] *
+                   (start.row(2 * b + 1) + loads.body_velocity.row(2 * b + 1)).transpose() -
+               loads.body_impulse.row(2 * b + 1).transpose());
+    const Vec3 turning = angular_velocity_between(from.orientation, to.orientation, part.h);
+    const Mat3 inertia =
+        world_inertia(model.body_mass[b], turned(from.orientation, turning, 0.5 * part.h));
+    const Vec3 linear = mass / part.h * (to.position - from.position) - momentum;
+    const Vec3 angular = inertia * turning - spin;
+    last.linear.row(b) = first.linear.row(b) - linear.transpose();
+    last.angular.row(b) = first.angular.row(b) - angular.transpose();
+    first.linear.row(b) = linear.transpose();
+    first.angular.row(b) = angular.transpose();
+  }
+  return {first, last};
 }
 
 void follow_bodies(const Model& model, State& state) {
@@ -74,12 +107,12 @@ double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodi
   double work = 0.0;
   const Model& model = engines.model;
   if (engines.magnetics) {
-    const BodyImpulses impulses = given_impulses(loads, solved, model);
+    const auto [first, last] = divided_impulses(part, loads, solved, state.rigid, model);
     const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
     const ObstaclePlaces places = obstacle_places(model, state, part.t1, part.share);
-    const MagneticEffort effort = engines.magnetics->advance(
-        engines.team, {part.t0, part.h, impulses.linear, impulses.angular, start, places},
-        *engines.world, state.rigid, state.magnetic);
+    const MagneticEffort effort =
+        engines.magnetics->advance(engines.team, {part.t0, part.h, first, last, start, places},
+                                   *engines.world, state.rigid, state.magnetic);
     report.magnets.substeps += effort.substeps;
     report.magnets.force_error = effort.error;
     work = effort.obstacle_work;
