@@ -30,9 +30,9 @@ constexpr double share_of_work = 0.1;
 // A part is shortened to the largest length for which the energy that contacts are expected to
 // create is at most this fraction of the tolerated energy, or to the shortest permitted length.
 constexpr double aim = 0.5;
-// Energy that certification may add in a part of an asynchronous step, as a fraction of the largest
-// kinetic energy so far. Our choice.
-constexpr double certified_gain = 0.005;
+// Energy that certification and contacts of bodies may add to cloth in a part of an asynchronous
+// step, as a fraction of the largest kinetic energy so far. Our choice.
+constexpr double tolerated_after_solve = 0.005;
 
 // Returns the energy of everything but contacts [J]. Includes the energy that resistances and
 // bearings have taken since the start, minus the energy supplied to circuits and given currents.
@@ -129,7 +129,7 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
   const double kinetic =
       kinetic_energy(engines, state.cloth.v) + body_kinetic_energy(engines, state);
   account.largest_kinetic = std::max(account.largest_kinetic, kinetic);
-  return after.untangles ? 0.0 : std::max(0.0, -lost);
+  return after.untangles ? 0.0 : std::max(0.0, -lost) + std::max(0.0, solved.moved.carried_gain);
 }
 
 bool has_gained(const StepContext& part, const Engines& engines, const State& state) {
@@ -163,7 +163,7 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
                         double gained, const Engines& engines, const State& state) {
   if (engines.event_contacts) {
     const int least = surfaces_move(loads) ? StepPart::quarter : StepPart::least;
-    const bool repeat = gained > certified_gain * state.account.largest_kinetic;
+    const bool repeat = gained > tolerated_after_solve * state.account.largest_kinetic;
     return repeat && part.length > least ? part.length / 2 : part.length;
   }
   if (!engines.error || !engines.contacts_in_solve || !part.halvable) return part.length;

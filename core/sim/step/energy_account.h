@@ -19,7 +19,8 @@ struct AfterSolve {
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
 // the solve is attributed to untangling or to scripted motion or, without either, to certification.
-// Returns the energy gained, or 0 if energy was lost or `after.untangles` is true [J].
+// Returns the energy gained after the solve or by carried vertices (MovedBodies::carried_gain), or
+// 0 if energy was lost or `after.untangles` is true [J].
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 

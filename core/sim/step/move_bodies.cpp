@@ -1,13 +1,20 @@
 #include "core/sim/step/move_bodies.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/base/rotation.h"
 #include "core/sim/model/motion.h"
+#include "core/sim/step/energies.h"
 
 namespace loomstone {
 
 namespace {
+
+// Attached vertices that differ from the points on their bodies by less than this fraction of the
+// size of the cloth do not change its energy. Our choice.
+constexpr double rounding_of_places = 1e-10;
 
 // Returns the impulses that change the velocities of the bodies from `before` to `after` (2 b x 3).
 BodyImpulses solved_impulses(const Loads& loads, const Points& before, const Points& after,
@@ -68,12 +75,20 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
   return {first, last};
 }
 
-void follow_bodies(const Model& model, State& state) {
+// Moves attached vertices to their points on the bodies. Returns MovedBodies::carried_gain [J].
+double follow_bodies(const Model& model, const Engines& engines, State& state) {
+  const Points before = state.cloth.x;
+  double farthest = 0.0;
   for (const AttachedVertex& attached : model.attachments) {
     const Vec3 point = to_world(state.rigid, attached.body, attached.local);
+    farthest =
+        std::max(farthest, (point - state.cloth.x.row(attached.row).transpose()).squaredNorm());
     state.cloth.x.row(attached.row) = point.transpose();
     state.cloth.v.row(attached.row) = velocity_at(state.rigid, attached.body, point).transpose();
   }
+  if (std::sqrt(farthest) <= rounding_of_places * model.cloth_size) return 0.0;
+  const double energy = potential_energy(engines, before);
+  return potential_energy(engines, state.cloth.x) - energy;
 }
 
 // Adds contacts to the motion of the bodies that the integrator has computed under all loads. The
@@ -101,10 +116,10 @@ double move_solved_bodies(const StepContext& part, const Loads& loads, const Sol
 
 }  // namespace
 
-double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
-                   State& state, Engines& engines, StepReport& report) {
-  if (!engines.world) return 0.0;
-  double work = 0.0;
+MovedBodies move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
+                        State& state, Engines& engines, StepReport& report) {
+  MovedBodies moved;
+  if (!engines.world) return moved;
   const Model& model = engines.model;
   if (engines.magnetics) {
     const auto [first, last] = divided_impulses(part, loads, solved, state.rigid, model);
@@ -115,17 +130,17 @@ double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodi
                                    *engines.world, state.rigid, state.magnetic);
     report.magnets.substeps += effort.substeps;
     report.magnets.force_error = effort.error;
-    work = effort.obstacle_work;
+    moved.obstacle_work = effort.obstacle_work;
   } else if (!solved.poses.empty()) {
-    work = move_solved_bodies(part, loads, solved, state, engines);
+    moved.obstacle_work = move_solved_bodies(part, loads, solved, state, engines);
   } else {
     const BodyImpulses impulses = given_impulses(loads, solved, model);
     engines.world->advance(part.h, impulses.linear, impulses.angular,
                            obstacle_places(model, state, part.t1, part.share), state.rigid);
-    work = engines.world->obstacle_work();
+    moved.obstacle_work = engines.world->obstacle_work();
   }
-  if (!solved.poses.empty()) follow_bodies(model, state);
-  return work;
+  if (!solved.poses.empty()) moved.carried_gain = follow_bodies(model, engines, state);
+  return moved;
 }
 
 }  // namespace loomstone

@@ -86,9 +86,8 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   });
   timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
-  timed(seconds.bodies, [&] {
-    solved_.obstacle_work = move_bodies(part, loads_, bodies, state, engines_, report);
-  });
+  timed(seconds.bodies,
+        [&] { solved_.moved = move_bodies(part, loads_, bodies, state, engines_, report); });
   note_solved(engines_, state, bodies.velocity, solved_);
   collide(seconds.certify, report,
           [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });

@@ -239,9 +239,9 @@ PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts&
                       const Solved& solved, const State& state, Engines& engines) {
   const double on_bodies = work_on_bodies(part, loads, state);
   if (engines.model.cloth.n_vertices == 0)
-    return {.scripts = solved.obstacle_work, .loads = on_bodies};
+    return {.scripts = solved.moved.obstacle_work, .loads = on_bodies};
   PartWork work = work_of_contacts(part, loads, near, solved, state, engines);
-  work.scripts += solved.obstacle_work;
+  work.scripts += solved.moved.obstacle_work;
   if (engines.event_contacts) {
     work.scripts += engines.event_contacts->work().prescribed;
     work.friction += engines.event_contacts->work().friction;

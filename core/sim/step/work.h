@@ -1,6 +1,7 @@
 // Work of scripted motion and loads in a part of a step, and work against friction and viscosity.
 #pragma once
 
+#include "core/sim/step/move_bodies.h"
 #include "core/sim/step/near_contacts.h"
 
 namespace loomstone {
@@ -13,8 +14,8 @@ struct Solved {
   Points x, v;
   // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
   Points body_velocity;
-  double body_energy = 0.0;    // kinetic and gravitational energy of the bodies [J]
-  double obstacle_work = 0.0;  // work of scripted obstacles on the bodies [J]
+  double body_energy = 0.0;  // kinetic and gravitational energy of the bodies [J]
+  MovedBodies moved;
 
   const Points& positions(const ClothState& now) const { return x.rows() > 0 ? x : now.x; }
   // Copies the positions and velocities of cloth, unless they are already copied.
