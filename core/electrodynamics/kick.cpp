@@ -18,7 +18,9 @@ struct Couplings {
 
 // Circuits at the start of a kick, and their linear system without back-EMF.
 struct CircuitSystem {
-  Eigen::MatrixXd matrix;  // 2 L / tau + R [ohm]
+  // (circuits) 1: the current at the end of the kick acts, because the mean would be inaccurate
+  std::vector<std::uint8_t> at_end;
+  Eigen::MatrixXd matrix;  // c L / tau + R, with c = 1 for circuits `at_end` and 2 otherwise [ohm]
   // Currents at the start [A], source voltages [V], flux change due to given currents [V s],
   // right-hand side [V].
   Vector before, voltages, induced, right;
@@ -39,8 +41,8 @@ class Kick {
  private:
   double scripted_power(const CarrierWrenches& per_ampere) const;
   CircuitSystem system(const CircuitState& circuits) const;
-  Couplings couplings(const Vector& middle_currents) const;
-  Vector middle_currents(const CircuitSystem& system, const Couplings& couplings,
+  Couplings couplings(const Vector& acting_currents) const;
+  Vector acting_currents(const CircuitSystem& system, const Couplings& couplings,
                          const CarrierWrenches& wrenches) const;
 
   const MagneticModel& model_;
@@ -88,7 +90,8 @@ CircuitSystem Kick::system(const CircuitState& circuits) const {
   const double time = start_.time, duration = start_.duration;
   const Inductances& inductances = start_.actions.inductances;
   const auto m = static_cast<Eigen::Index>(model_.circuits.size());
-  CircuitSystem system{2.0 / duration * inductances.own, Vector(m), Vector(m), Vector::Zero(m), {}};
+  CircuitSystem system{
+      std::vector<std::uint8_t>(m), inductances.own, Vector(m), Vector(m), Vector::Zero(m), {}};
   Vector change(model_.given.size());
   for (std::size_t g = 0; g < model_.given.size(); ++g) {
     const Coil& coil = model_.coils[model_.given[g]].coil;
@@ -96,24 +99,30 @@ CircuitSystem Kick::system(const CircuitState& circuits) const {
         given_current(coil, time + 0.5 * duration) - given_current(coil, time - 0.5 * duration);
   }
   if (!model_.given.empty()) system.induced = inductances.from_given * change;
+  Vector weights(m);
   for (Eigen::Index a = 0; a < m; ++a) {
     const std::size_t j = model_.circuits[a];
+    const Coil& coil = model_.coils[j].coil;
+    system.at_end[a] =
+        coil.inductance > 0.0 && duration * coil.resistance > 2.0 * inductances.own(a, a);
+    weights[a] = system.at_end[a] ? 1.0 : 2.0;
     system.before[a] = circuits.currents[j];
-    system.voltages[a] = start_.actions.coils.sense[j] * source_voltage(model_.coils[j].coil, time);
-    system.matrix(a, a) += model_.coils[j].coil.resistance;
+    system.voltages[a] = start_.actions.coils.sense[j] * source_voltage(coil, time);
+    system.matrix.col(a) *= weights[a] / duration;
+    system.matrix(a, a) += coil.resistance;
   }
-  const Vector stored = 2.0 / duration * (inductances.own * system.before);
+  const Vector stored = 1.0 / duration * (inductances.own * weights.cwiseProduct(system.before));
   system.right = stored + system.voltages - system.induced / duration;
   return system;
 }
 
-Couplings Kick::couplings(const Vector& middle_currents) const {
+Couplings Kick::couplings(const Vector& acting_currents) const {
   const CoilForces& coils = start_.actions.coils;
   Couplings result;
   for (const std::size_t j : model_.circuits) result.felt.push_back(coils.per_ampere[j]);
   result.exerted = result.felt;
   const auto act = [&](std::size_t own, std::size_t other, const CarrierWrenches& what) {
-    const double current = middle_currents[static_cast<Eigen::Index>(other)];
+    const double current = acting_currents[static_cast<Eigen::Index>(other)];
     add_times(result.felt[own], current, what);
     add_times(result.exerted[own], 0.5 * current, what);
   };
@@ -124,11 +133,11 @@ Couplings Kick::couplings(const Vector& middle_currents) const {
   return result;
 }
 
-// Solves (2 L / tau + R) i_m + E(i_m) = 2 L i / tau + V - M di_g / tau for i_m, with the symbols of
-// kick.h. di_g is the change of the given currents in the kick. The back-EMF E of a circuit is the
-// power of its wrenches Couplings::felt, which are per ampere. For given couplings, E is an affine
-// function of the wrenches on the bodies, and therefore of i_m.
-Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& couplings,
+// Solves (c L / tau + R) i_m + E(i_m) = c L i / tau + V - M di_g / tau for i_m, with the symbols of
+// kick.h and CircuitSystem. di_g is the change of the given currents in the kick. The back-EMF E of
+// a circuit is the power of its wrenches Couplings::felt, which are per ampere. For given
+// couplings, E is an affine function of the wrenches on the bodies, and therefore of i_m.
+Vector Kick::acting_currents(const CircuitSystem& system, const Couplings& couplings,
                              const CarrierWrenches& wrenches) const {
   const Eigen::Index m = system.before.size();
   Eigen::MatrixXd matrix = system.matrix;
@@ -147,23 +156,27 @@ Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& coupl
 void Kick::advance_circuits(CarrierWrenches& wrenches, CircuitState& circuits) const {
   const double duration = start_.duration;
   const CircuitSystem system = this->system(circuits);
-  Vector middle = system.before;
+  Vector acting = system.before;
   Couplings couplings;
   for (int round = 0; round < (start_.actions.coils.pairs.empty() ? 1 : rounds); ++round) {
-    couplings = this->couplings(middle);
-    middle = middle_currents(system, couplings, wrenches);
+    couplings = this->couplings(acting);
+    acting = acting_currents(system, couplings, wrenches);
   }
   Vector after(system.before.size());
   for (Eigen::Index a = 0; a < after.size(); ++a) {
     const std::size_t j = model_.circuits[a];
     const Coil& coil = model_.coils[j].coil;
-    add_times(wrenches, middle[a], couplings.exerted[a]);
-    after[a] = coil.inductance > 0.0 ? 2.0 * middle[a] - system.before[a] : middle[a];
+    add_times(wrenches, acting[a], couplings.exerted[a]);
+    const bool mean = coil.inductance > 0.0 && !system.at_end[a];
+    after[a] = mean ? 2.0 * acting[a] - system.before[a] : acting[a];
     circuits.currents[j] = after[a];
-    circuits.heat += duration * coil.resistance * middle[a] * middle[a];
-    circuits.supply += duration * system.voltages[a] * middle[a] - system.induced[a] * middle[a];
-    circuits.supply -= duration * middle[a] * scripted_power(couplings.exerted[a]);
+    circuits.heat += duration * coil.resistance * acting[a] * acting[a];
+    circuits.supply += duration * system.voltages[a] * acting[a] - system.induced[a] * acting[a];
+    circuits.supply -= duration * acting[a] * scripted_power(couplings.exerted[a]);
   }
+  const Vector change = after - system.before, flux = start_.actions.inductances.own * change;
+  for (Eigen::Index a = 0; a < after.size(); ++a)
+    if (system.at_end[a]) circuits.heat += 0.5 * change[a] * flux[a];
   circuits.energy = 0.5 * (start_.actions.inductances.own * after).dot(after);
 }
 
