@@ -37,7 +37,8 @@ struct Coil {
         field("resistance", &C::resistance, "ohm", non_negative(),
               "resistance R of a circuit, L di/dt + R i = V - d(flux)/dt; 0: prescribed current"),
         field("inductance", &C::inductance, "H", non_negative(),
-              "inductance L of a circuit: that of its winding in air"),
+              "inductance L of a circuit: that of its winding in air; 0: the current follows the "
+              "voltage at once"),
         field("commutator", &C::commutator,
               "(3) commutator direction in space: the source voltage is reversed while the coil's "
               "axis points against it; zero: no commutator"));

@@ -61,6 +61,7 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
   if (body.shape == BodyShape::Sphere) {
     shapes.all.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, where)));
   } else if (body.shape == BodyShape::Box) {
+    check_box(mesh, where);
     const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(),
                high = mesh.vertices().colwise().maxCoeff().transpose();
     const Vec3 half = 0.5 * (high - low);

@@ -53,6 +53,22 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
   return radius;
 }
 
+void check_box(const TriangleMesh& mesh, const std::string& where) {
+  const Eigen::RowVector3d low = mesh.vertices().colwise().minCoeff(),
+                           high = mesh.vertices().colwise().maxCoeff();
+  for (int c = 0; c < 8; ++c) {
+    const Eigen::RowVector3d corner(c & 1 ? high[0] : low[0], c & 2 ? high[1] : low[1],
+                                    c & 4 ? high[2] : low[2]);
+    const double distance = (mesh.vertices().rowwise() - corner).rowwise().norm().minCoeff();
+    if (distance > 0.005 * (high - low).norm())
+      fail<InvalidInput>(
+          "{}.shape \"box\" needs a mesh that is a box within 1 %, with edges along the axes, got "
+          "no vertex within {:.3g} m of the corner ({:.6g}, {:.6g}, {:.6g}); use \"convex\" or "
+          "another mesh",
+          where, distance, corner[0], corner[1], corner[2]);
+  }
+}
+
 FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step) {
   const Eigen::RowVector3d centre = before.colwise().mean();
   const Eigen::RowVector3d velocity = (after.colwise().mean() - centre) / step;

@@ -19,6 +19,9 @@ Mat3 principal_axes(const Mat3& inertia);
 // Returns the vertices relative to the centre of mass, in principal axes [m].
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
+// Throws InvalidInput unless the mesh has a vertex at each corner of its bounding box, within 1 %
+// of half its diagonal.
+void check_box(const TriangleMesh& mesh, const std::string& where);
 // Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless
 // all vertices lie on a sphere within 1 % and the mesh fills at least half of it.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,

@@ -468,7 +468,7 @@ class AccountReport:
     @property
     def balance(self) -> float:
         """
-        increase since the start of the energy (without that of contacts) minus the work, relative to the largest kinetic energy so far [1]
+        increase since the start of the energy (without that of contacts) minus the work, relative to the largest kinetic energy so far; 0 while cloth moves by rounding errors only [1]
         """
     @property
     def contact_balance(self) -> float:
@@ -2236,7 +2236,7 @@ class Coil:
     currents : prescribed current per turn at these times [A], linearly interpolated, counter-clockwise seen from +z of the winding
     voltages : source voltage of a circuit at these times [V], linearly interpolated; empty: short-circuited
     resistance : resistance R of a circuit, L di/dt + R i = V - d(flux)/dt; 0: prescribed current [ohm]; >= 0; default 0.0
-    inductance : inductance L of a circuit: that of its winding in air [H]; >= 0; default 0.0
+    inductance : inductance L of a circuit: that of its winding in air; 0: the current follows the voltage at once [H]; >= 0; default 0.0
     commutator : (3) commutator direction in space: the source voltage is reversed while the coil's axis points against it; zero: no commutator
     """
 
@@ -2302,7 +2302,7 @@ class Coil:
     @property
     def inductance(self) -> float:
         """
-        inductance L of a circuit: that of its winding in air [H]; >= 0; default 0.0
+        inductance L of a circuit: that of its winding in air; 0: the current follows the voltage at once [H]; >= 0; default 0.0
         """
     @property
     def resistance(self) -> float:

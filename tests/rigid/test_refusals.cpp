@@ -28,6 +28,14 @@ TEST_CASE("bodies without mesh, volume or known shape are refused by name") {
   CHECK_THROWS_AS(make(body_of(box(1, 1, 1), "cylinder")), InvalidInput);
 }
 
+TEST_CASE("a ball is not a box, nor is a turned box") {
+  CHECK_THROWS_WITH(make(body_of(icosphere(0.1, 3), "box")), Contains("box within 1 %"));
+  const Mat3 turned = Eigen::AngleAxisd(0.1, Vec3::UnitZ()).toRotationMatrix();
+  CHECK_THROWS_WITH(make(body_of(box(1, 1, 1).moved(Vec3::Zero(), turned), "box")),
+                    Contains("edges along the axes"));
+  CHECK_NOTHROW(make(body_of(box(1, 2, 3), "box")));
+}
+
 TEST_CASE("a cube is not a sphere, nor is an egg") {
   CHECK_THROWS_WITH(make(body_of(box(1, 1, 1), "sphere")), Contains("sphere within 1 %"));
   Points egg = icosphere(1.0, 3).vertices();
