@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -127,6 +128,9 @@ class Integrator {
   virtual bool moves_bodies() const { return false; }
   // True if the scheme evaluates energies, as Newton schemes do.
   virtual bool asks_energy() const { return false; }
+  // Work that scripts have done on prescribed vertices in the last call of advance() against the
+  // forces of the cloth and its loads [J]; empty if the scheme does not measure it.
+  virtual std::optional<double> work_on_prescribed() const { return {}; }
   // Memory of the vectors of a step, of the linear solver without its preconditioner, and of the
   // preconditioner [bytes].
   struct Memory {

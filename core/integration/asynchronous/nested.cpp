@@ -48,12 +48,31 @@ struct Plan {
   int finest() const { return static_cast<int>(step_of.size()) - 1; }
 };
 
+// Prescribed vertices, and the work of the script that moves them against the forces of the cloth.
+struct MovedPins {
+  std::vector<Index> rows;  // empty if none of them moves
+  Points velocity;          // prescribed velocities [m/s]
+  const Vector& mass;
+  double work = 0.0;  // without the kinetic energy of these vertices [J]
+
+  // Takes the impulses that the rows have received back.
+  void absorb(Points& v) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const Index i = rows[k];
+      const auto given = velocity.row(static_cast<Index>(k));
+      work -= mass[i] * (v.row(i) - given).dot(given);
+      v.row(i) = given;
+    }
+  }
+};
+
 // The cloth with its bodies: the system that take_nested_steps() moves.
 struct NestedCloth {
   const Team& team;
   Plan& plan;
   const Points& load;  // (n x 3) forces that do not change within the interval [N]
   const Vector& inverse_mass;
+  MovedPins& pins;
   AttachedBodies& bodies;
   LimitImpulses* impulses;      // may be null
   EventCollisions* collisions;  // may be null
@@ -71,6 +90,7 @@ struct NestedCloth {
     plan.groups.for_event(first, [&](BendingGroup& group, int level) {
       const double h = plan.step_of[level];
       group.kick(team, {share * h, h, start}, inverse_mass, x, v);
+      pins.absorb(v);
     });
     const LevelVertices& vertices = *plan.vertices;
     parallel_for(team, vertices.end[first], [&](Index k) {
@@ -79,6 +99,7 @@ struct NestedCloth {
           i, first, load.data() + 3 * static_cast<std::size_t>(i), plan.step_of);
       v.row(i) += share * inverse_mass[i] * impulse.transpose();
     });
+    pins.absorb(v);
     if (half) bodies.load(0.5);
     for (Index b = 0; b < bodies.size(); ++b)
       if (bodies.all()[b].level >= first) bodies.absorb(b, 0.0, x, v);
@@ -119,22 +140,38 @@ class NestedIntegrator final : public AsynchronousIntegrator {
  public:
   using AsynchronousIntegrator::AsynchronousIntegrator;
   bool events_collide() const override { return true; }
+  std::optional<double> work_on_prescribed() const override { return work_on_prescribed_; }
 
  private:
   Taken take_interval(const Team& team, double interval, const Vector& steps,
                       ClothState& state) override {
     make_plan(interval, steps);
     bodies_.share_levels(plan_.vertices->level);
-    NestedCloth cloth{team,        plan_,   load_,   inverse_mass_, bodies_, impulses_.get(),
+    MovedPins pins{{}, {}, model_.mass};
+    const Vector inverse_mass = find_pins(state.v, pins);
+    NestedCloth cloth{team,        plan_,   load_,   inverse_mass, pins, bodies_, impulses_.get(),
                       collisions_, state.x, state.v, kicks_};
     if (collisions_) kicks_.resize(model_.n_vertices, 3);
     if (collisions_) collisions_->begin(plan_.base * (Index{1} << plan_.finest()));
     take_nested_steps(plan_.base, plan_.finest(), cloth);
+    work_on_prescribed_ = pins.work;
     Taken taken{plan_.steps, 0, plan_.membrane->take_phases()};
     for (Index t = 0; t < steps.size(); ++t) {
       taken.events += plan_.base * (Index{1} << plan_.level[t]) + 1;
     }
     return taken;
+  }
+
+  // Lists the prescribed vertices if any of them moves. Returns inverse masses by which impulses
+  // then change their velocities, too, until MovedPins::absorb().
+  Vector find_pins(const Points& v, MovedPins& pins) const {
+    Vector inverse = inverse_mass_;
+    for (Index i = 0; i < inverse.size(); ++i)
+      if (inverse[i] == 0.0) pins.rows.push_back(i);
+    pins.velocity = v(pins.rows, Eigen::all);
+    if (pins.velocity.isZero(0.0)) pins.rows.clear();
+    for (const Index i : pins.rows) inverse[i] = 1.0 / model_.mass[i];
+    return inverse;
   }
 
   // Updates plan_. The base does not depend on the state of the cloth, so a resumed run chooses the
@@ -190,7 +227,8 @@ class NestedIntegrator final : public AsynchronousIntegrator {
   }
 
   Plan plan_;
-  Points kicks_;  // see EventMotion
+  double work_on_prescribed_ = 0.0;  // in the last interval [J]
+  Points kicks_;                     // see EventMotion
 };
 
 }  // namespace

@@ -98,6 +98,13 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
                     const State& state, Engines& engines) {
   const ClothModel& cloth = engines.model.cloth;
   if (!pins_move(cloth, loads)) return 0.0;
+  const auto kinetic = [&](Index i) {
+    return 0.5 * cloth.mass[i] *
+           (state.cloth.v.row(i).squaredNorm() - loads.v0.row(i).squaredNorm());
+  };
+  if (const auto against_forces = engines.integrator->work_on_prescribed())
+    return *against_forces +
+           sum_over_rows(engines, [&](Index i) { return cloth.prescribed[i] ? kinetic(i) : 0.0; });
   const Points start = loads.x0.topRows(cloth.n_vertices);
   // Without damping, the forces at the start are still known. Those at the end are computed last,
   // because the next part reuses them.
@@ -111,9 +118,7 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   if (of_limits.rows() > 0) force += of_limits;
   return sum_over_rows(engines, [&](Index i) {
     if (!cloth.prescribed[i]) return 0.0;
-    const double kinetic =
-        0.5 * cloth.mass[i] * (state.cloth.v.row(i).squaredNorm() - loads.v0.row(i).squaredNorm());
-    return kinetic - force.row(i).dot(state.cloth.x.row(i) - start.row(i));
+    return kinetic(i) - force.row(i).dot(state.cloth.x.row(i) - start.row(i));
   });
 }
 

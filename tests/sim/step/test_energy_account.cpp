@@ -78,6 +78,11 @@ TEST_CASE("without losses, energy minus work stays constant, the better the shor
   }
 }
 
+TEST_CASE("asynchronous steps account for the work of pins at every event") {
+  for (const Vec3& motion : {Vec3(-0.03, 0, 0), Vec3(0, 0, 0.1), Vec3(0, 0.03, 0)})
+    CHECK(imbalance(drawn(sheet(), motion), Asynchronous()) < 0.005);
+}
+
 TEST_CASE("implicit Euler loses energy in the account, and never gains any") {
   for (const Scene& scene : {sheet(), drawn(sheet(), Vec3(0, 0, 0.1))}) {
     Simulation sim(scene, step_of(4e-3), 1);
