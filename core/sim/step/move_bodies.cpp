@@ -16,23 +16,31 @@ namespace {
 // size of the cloth do not change its energy. Our choice.
 constexpr double rounding_of_places = 1e-10;
 
-// Returns the impulses that change the velocities of the bodies from `before` to `after` (2 b x 3).
-BodyImpulses solved_impulses(const Loads& loads, const Points& before, const Points& after,
+// Returns the impulses that change the momenta of the bodies from those at the velocities `before`
+// (2 b x 3) to those in `solved`. If the integrator has moved the bodies, their inertia in world
+// axes has changed with their orientation.
+BodyImpulses solved_impulses(const Loads& loads, const Points& before, const SolvedBodies& solved,
                              const Model& model) {
   BodyImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
   if (model.cloth.n_vertices == 0) return impulses;
+  const Points& after = solved.velocity;
   for (Index b = 0; b < model.n_bodies(); ++b) {
     impulses.linear.row(b) = model.body_mass[b].mass * (after.row(2 * b) - before.row(2 * b));
-    impulses.angular.row(b) =
-        (loads.body_mass[2 * b + 1] * (after.row(2 * b + 1) - before.row(2 * b + 1)).transpose())
-            .transpose();
+    const Mat3& inertia = loads.body_mass[2 * b + 1];
+    const Vec3 start = before.row(2 * b + 1).transpose(), end = after.row(2 * b + 1).transpose();
+    const Vec3 angular =
+        solved.poses.empty()
+            ? Vec3(inertia * (end - start))
+            : Vec3(world_inertia(model.body_mass[b], solved.poses[b].orientation) * end -
+                   inertia * start);
+    impulses.angular.row(b) = angular.transpose();
   }
   return impulses;
 }
 
 // Returns the impulses that the cloth and the user's forces exert on the bodies.
 BodyImpulses given_impulses(const Loads& loads, const SolvedBodies& solved, const Model& model) {
-  BodyImpulses impulses = solved_impulses(loads, loads.body_velocity, solved.velocity, model);
+  BodyImpulses impulses = solved_impulses(loads, loads.body_velocity, solved, model);
   for (Index b = 0; b < model.n_bodies(); ++b) {
     impulses.linear.row(b) += loads.body_impulse.row(2 * b);
     impulses.angular.row(b) += loads.body_impulse.row(2 * b + 1);
@@ -40,10 +48,19 @@ BodyImpulses given_impulses(const Loads& loads, const SolvedBodies& solved, cons
   return impulses;
 }
 
+// Returns the bodies to which vertices are attached, in ascending order.
+std::vector<Index> carriers_of_cloth(const Model& model) {
+  std::vector<Index> bodies;
+  for (const AttachedVertex& attached : model.attachments) bodies.push_back(attached.body);
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  return bodies;
+}
+
 // Divides the impulses that the cloth and the user's forces exert in a part between its start and
-// its end, so that bodies without contacts and with constant magnetic forces have the velocities
-// and the mean velocities in the part that the integrator has computed. If the integrator has not
-// moved the bodies, all impulses act at the start.
+// its end. Bodies with attached vertices, without contacts and with constant magnetic forces then
+// have the velocities and the mean velocities in the part that the integrator has computed. On
+// other bodies, and if the integrator has not moved the bodies, all impulses act at the start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
                                              const SolvedBodies& solved, const RigidState& rigid,
                                              const Model& model) {
@@ -51,7 +68,7 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
   last.linear.setZero(), last.angular.setZero();
   if (solved.poses.empty()) return {first, last};
   const Points start = body_velocities(rigid);
-  for (Index b = 0; b < model.n_bodies(); ++b) {
+  for (const Index b : carriers_of_cloth(model)) {
     const double mass = model.body_mass[b].mass;
     const RigidPose &from = loads.body_poses[b], &to = solved.poses[b];
     // Momenta at the start, and half of what gravity and magnetic forces add to them.
@@ -98,8 +115,7 @@ double move_solved_bodies(const StepContext& part, const Loads& loads, const Sol
                           State& state, Engines& engines) {
   const Model& model = engines.model;
   RigidState& rigid = state.rigid;
-  const BodyImpulses impulses =
-      solved_impulses(loads, body_velocities(rigid), solved.velocity, model);
+  const BodyImpulses impulses = solved_impulses(loads, body_velocities(rigid), solved, model);
   std::vector<std::uint8_t> touched;
   engines.world->advance(part.h, impulses.linear, impulses.angular,
                          obstacle_places(model, state, part.t1, part.share), rigid, &touched);

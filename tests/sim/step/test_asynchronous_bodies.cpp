@@ -123,6 +123,7 @@ TEST_CASE("attached vertices stay at their points on the body in every schedule"
 
 TEST_CASE("a pendulum of cloth and body keeps its energy in nested steps") {
   Scene scene = box_on_strip(true);
+  if (GENERATE(false, true)) add_magnet(scene);
   scene.collisions = false;
   scene.bodies[0].velocity = Vec3(0, 1.5, 0);
   scene.bodies[0].angular_velocity = Vec3(0, 0, 2.0);
@@ -161,6 +162,28 @@ TEST_CASE("a magnet on which no force acts does not change the path of its body"
   // The sub-steps turn the box by another scheme of second order.
   CHECK(moved > 0.05);
   CHECK(difference < 0.002 * moved);
+}
+
+TEST_CASE("magnets that no cloth touches move as with other integrators") {
+  Scene scene = box_on_strip(true);
+  scene.attachments.clear();
+  scene.collisions = false;
+  add_magnet(scene);
+  RigidBody other = scene.bodies[0];
+  other.name = "other", other.position += Vec3(0.03, 0, -0.06);
+  other.angular_velocity = Vec3(4.0, 20.0, -8.0);
+  scene.bodies.push_back(other);
+  Magnet magnet = scene.magnets[0];
+  magnet.body = "other";
+  scene.magnets.push_back(magnet);
+  IntegratorOptions euler = step_of(2.5e-3);
+  euler.implicit()->accuracy = {};
+  Simulation asynchronous(scene, Asynchronous(), 1), implicit(scene, euler, 1);
+  for (int i = 0; i < 40; ++i) asynchronous.step(), implicit.step();
+  const RigidState &a = asynchronous.state().rigid, &b = implicit.state().rigid;
+  CHECK(std::abs(a.orientations.row(0).dot(b.orientations.row(0))) == Approx(1.0).epsilon(1e-12));
+  CHECK((a.positions - b.positions).cwiseAbs().maxCoeff() < 1e-10);
+  CHECK((a.positions.row(1) - other.position.transpose()).norm() > 0.01);
 }
 
 TEST_CASE("a ball that hits a body gives the cloth attached to it little energy") {
