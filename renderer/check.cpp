@@ -21,6 +21,7 @@ std::string listed(const std::vector<std::string>& names) {
 
 void check_name(const std::string& field, const std::string& value,
                 const std::vector<std::string>& names) {
+  require(!names.empty(), "render.{} must be empty in this scene, got '{}'", field, value);
   if (std::find(names.begin(), names.end(), value) == names.end())
     fail<InvalidInput>("render.{} must be {}, got '{}'", field, listed(names), value);
 }
