@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-enum Kind : int { None, Other, Input, Solver, Step, Cache, NotOffered };
+// python/loomstone/ranks.py uses the same numbers.
+enum Kind : int { None, Other, Input, Solver, Cache, NotOffered, Step };
 
 Kind describe(const std::exception_ptr& failure, std::string& text) {
   try {
