@@ -170,7 +170,8 @@ class Simulation(_core.Simulation):
             which must depend on time and state alone.
 
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
-        that `loomstone resume` can continue a run without `control`.
+        that `loomstone resume` can continue a run without `control`. Raises CacheError if the
+        directory cannot be used, for example while another process writes a run into it.
         """
         look = _look(render, Path(out) if resume else None)
         _check_type("compression", compression, (int, np.integer))

@@ -2,6 +2,7 @@
 read and resumed.
 """
 
+import os
 import subprocess
 import textwrap
 import time
@@ -9,6 +10,7 @@ import time
 import loomstone as ls
 import pytest
 from launcher import ENVIRONMENT, command, needs_mpirun, ranks
+from loomstone.runs.lock import DirectoryLock
 
 pytestmark = needs_mpirun
 
@@ -174,3 +176,31 @@ def test_an_error_that_nobody_catches_ends_all_ranks(tmp_path):
         ranks.barrier()
     """)  # fmt: skip
     assert done.returncode != 0 and "RuntimeError: my own mistake" in done.stderr
+
+
+def test_all_ranks_are_refused_a_run_that_another_process_writes(scene, tmp_path):
+    out = tmp_path / "out"
+    assert run(scene, out).returncode == 0
+    script = textwrap.dedent("""
+        import sys
+        import loomstone as ls
+        ranks = ls.ranks.mpi_communicator()
+        scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(8, 8)), pins=[0])])
+        sim = ls.Simulation(scene, communicator=ranks, threads=1)
+        for options in ({"overwrite": True}, {"resume": True}):
+            try:
+                sim.run(out=sys.argv[1], duration=0.04, **options)
+            except ls.CacheError as error:
+                print(error)
+    """)
+    with DirectoryLock(out) as lock:
+        lock.take()
+        for arguments in (["run", scene, "--out", out, "--overwrite"], ["resume", out]):
+            done = ranks(2, "-m", "loomstone", *arguments)
+            assert done.returncode == 1 and "Traceback" not in done.stderr
+            assert done.stderr.count("loomstone: ") == 1, done.stderr
+            assert f"{out} must be written by one process at a time" in done.stderr
+        done = ranks(2, "-c", script, out)
+        said = f"{out} must be written by one process at a time, but process {os.getpid()} on"
+        assert done.returncode == 0 and done.stdout.count(said) == 4, done.stdout + done.stderr
+    assert ranks(2, "-m", "loomstone", "resume", out).returncode == 0

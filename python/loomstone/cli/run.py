@@ -18,6 +18,7 @@ from ..ranks import default_threads
 from ..runs.cache import Run
 from ..runs.execution import execute
 from ..runs.frame_times import told_of_part_frame
+from ..runs.lock import check_unlocked
 from ..runs.options import RunOptions
 from ..runs.scene_file import SceneFile, parse_parameters, stored_options
 from ..runs.signals import Interrupted
@@ -118,6 +119,7 @@ def run(
         look = file.render if render else None
         directory = out or Path("out") / scene.stem
         if communicator.rank == 0:
+            check_unlocked(directory)
             check_room(directory, overwrite)
         settings = RunOptions(duration, rate, look, verify, record_tasks, compression)
         metadata = file.metadata(duration, rate, options, file.render)
@@ -154,6 +156,8 @@ def resume(
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
         begun = Run(run)
+        if communicator.rank == 0:
+            check_unlocked(begun.directory)
         run, kept = begun.directory, begun.metadata
         file: SceneFile | StoredScene
         if begun_in_python(kept):

@@ -18,6 +18,7 @@ from ..ranks import together
 from .checkpoints import latest_checkpoint
 from .frame_times import frame_count, frames_due
 from .last_words import last_words
+from .lock import DirectoryLock
 from .magnet_record import magnets_to_record
 from .observer import Observer, Silence
 from .options import RunOptions
@@ -42,7 +43,7 @@ def execute(
     """Advances a Simulation to the end of its run and returns the report.
 
     All ranks must call this function. Only rank 0 writes files. Raises Interrupted if a signal ends
-    the run.
+    the run, and CacheError if another process writes the directory.
 
     control : function called with the simulation before every step
     farewell : sentence that rank 0 prints if the run has begun and its process ends early, as
@@ -50,36 +51,40 @@ def execute(
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
-    with together(ranks):
-        if resume and (checkpoint := latest_checkpoint(directory)):
-            simulation.restore(checkpoint)
-    following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
-    with together(ranks):
-        text = None if resume else _metadata_text(simulation, metadata or {})
-        writer = open_writer(
-            simulation, options, directory, text, overwrite=overwrite, following=following
-        )
-    began, first_step = time.perf_counter(), simulation.step_index
-    watch.start(n_frames, following)
-    speech = last_words(farewell if simulation.rank == 0 else "")
-    with noted_signals() as received, speech, writer:
-        course = _Course(simulation, options, writer, watch, received)
-        try:
-            course.follow(following, control)
-        finally:
-            watch.end()
+    with DirectoryLock(directory) as lock:
         with together(ranks):
-            drawn = writer.draw_rest(lambda: received.number != 0)
-        if number := simulation.agree(0 if drawn else received.number):
-            raise Interrupted(number)
-        report = {
-            "frames": n_frames,
-            "wall_seconds": time.perf_counter() - began,
-            "steps_of_this_process": simulation.step_index - first_step,
-        } | _end_of(simulation)
+            if resume and simulation.rank == 0:
+                lock.take()
         with together(ranks):
-            report = writer.finish(report)
-        return report
+            if resume and (checkpoint := latest_checkpoint(directory)):
+                simulation.restore(checkpoint)
+        following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
+        with together(ranks):
+            text = None if resume else _metadata_text(simulation, metadata or {})
+            writer = open_writer(
+                simulation, options, lock, text, overwrite=overwrite, following=following
+            )
+        began, first_step = time.perf_counter(), simulation.step_index
+        watch.start(n_frames, following)
+        speech = last_words(farewell if simulation.rank == 0 else "")
+        with noted_signals() as received, speech, writer:
+            course = _Course(simulation, options, writer, watch, received)
+            try:
+                course.follow(following, control)
+            finally:
+                watch.end()
+            with together(ranks):
+                drawn = writer.draw_rest(lambda: received.number != 0)
+            if number := simulation.agree(0 if drawn else received.number):
+                raise Interrupted(number)
+            report = {
+                "frames": n_frames,
+                "wall_seconds": time.perf_counter() - began,
+                "steps_of_this_process": simulation.step_index - first_step,
+            } | _end_of(simulation)
+            with together(ranks):
+                report = writer.finish(report)
+            return report
 
 
 def _end_of(simulation: Any) -> dict[str, Any]:

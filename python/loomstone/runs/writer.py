@@ -27,6 +27,7 @@ from ..pictures.renderer import Renderer
 from ..pictures.video import encode
 from .cache import Run
 from .checkpoints import checkpoint_files, write_checkpoint
+from .lock import DirectoryLock
 from .motions import motion_files, write_motion
 from .options import RunOptions
 from .steps import StepTable
@@ -192,7 +193,7 @@ class Writer(NoWriter):
 def open_writer(
     simulation: Any,
     options: RunOptions,
-    directory: Path,
+    lock: DirectoryLock,
     metadata: str | None,
     *,
     overwrite: bool,
@@ -200,18 +201,20 @@ def open_writer(
 ) -> NoWriter:
     """Returns the writer of a run with the next frame `following`; a NoWriter except on rank 0.
 
-    If metadata is None, an existing run is continued. If pictures cannot be drawn or the directory
-    must not be used, an error is raised before anything is written.
+    If metadata is None, an existing run is continued. Takes the lock of a new run. If pictures
+    cannot be drawn or the directory must not be used, an error is raised before anything is
+    written.
     """
     if simulation.rank != 0:
         return NoWriter()
+    directory = lock.directory
     renderer = Renderer(simulation.topology, options.render) if options.render else None
     first = None
     if metadata is None:
         first = _reopen(directory, options, following)
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
-        _make_room(directory, options, metadata, overwrite)
+        _make_room(lock, options, metadata, overwrite)
         frames = FrameWriter(str(directory), simulation.topology, metadata, options.compression)
         _store_scene(directory, simulation, metadata)
     writer = Writer(directory, simulation, options, frames, following)
@@ -258,19 +261,23 @@ def check_room(directory: Path, overwrite: bool) -> None:
         )
 
 
-def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: bool) -> None:
-    """Prepares the directory of a new run: checks it, removes an earlier run, creates the
-    directory, and reserves the directory of the pictures.
+def _make_room(lock: DirectoryLock, options: RunOptions, metadata: str, overwrite: bool) -> None:
+    """Prepares the directory of a new run: locks, checks and creates it, removes an earlier run,
+    and reserves the directory of the pictures.
     """
+    directory = lock.directory
+    lock.take()
     check_room(directory, overwrite)
-    if (directory / "run.vtkhdf").exists():
-        _remove_run(directory)
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CacheError(
             f"{directory} must be a directory that can be written: {error.strerror}; give another"
         ) from error
+    lock.take()  # if the directory is new
+    check_room(directory, overwrite)  # another process may have written into it before the lock
+    if (directory / "run.vtkhdf").exists():
+        _remove_run(directory)
     if options.render:
         claim(
             directory / "frames",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import subprocess
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..runs.checkpoints import checkpoint_files
+from ..runs.lock import DirectoryLock
 
 __all__ = ["finished", "run_point"]
 
@@ -46,8 +46,8 @@ def run_point(
     """
     place = Path(directory)
     place.mkdir(parents=True, exist_ok=True)
-    with (place / "lock").open("a") as lock, (place / "log.txt").open("ab") as log:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with DirectoryLock(place, "lock") as lock, (place / "log.txt").open("ab") as log:
+        lock.take(wait=True)
         if finished(place):
             return 0
         command = [sys.executable, "-m", "loomstone"]
@@ -60,7 +60,7 @@ def run_point(
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,
-            pass_fds=[lock.fileno()],
+            pass_fds=lock.descriptors,
             env={k: v for k, v in os.environ.items() if not k.startswith(_OF_LAUNCHERS)},
         )
         watch(process)
