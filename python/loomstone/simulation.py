@@ -172,6 +172,8 @@ class Simulation(_core.Simulation):
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
         that `loomstone resume` can continue a run without `control`. Raises CacheError if the
         directory cannot be used, for example while another process writes a run into it.
+        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt (with the
+        number as `signal`) when a checkpoint is written; after a second Ctrl-C, at once.
         """
         look = _look(render, Path(out) if resume else None)
         _check_type("compression", compression, (int, np.integer))

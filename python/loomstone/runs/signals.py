@@ -15,12 +15,20 @@ __all__ = ["LONGEST_WAIT", "Interrupted", "Received", "noted_signals"]
 LONGEST_WAIT = 10.0
 
 
-class Interrupted(Exception):
-    """Raised when a signal ends the run, which can then be resumed."""
+class Interrupted(KeyboardInterrupt):
+    """Raised when a signal ends the run, which can then be resumed.
+
+    It is no Exception, so that a program that continues after errors ends nevertheless.
+
+    signal : number of the signal
+    """
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
         self.signal = number
+
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[int]]:
+        return type(self), (self.signal,)  # pickle would call Interrupted with the name
 
 
 class Received:
