@@ -41,7 +41,7 @@ _KINDS = (
     SolverFailure,
     CacheError,
     Unsupported,
-    SolverFailure,  # of a step
+    SolverFailure,
 )
 
 
