@@ -1835,7 +1835,7 @@ class Cloth:
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
     script_positions : (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
-    velocities : (n x 3) initial velocities [m/s]; empty: at rest
+    velocities : (n x 3) initial velocities [m/s]; by default at rest
     thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
     self_collision : whether the cloth collides with itself; default True
@@ -1981,7 +1981,7 @@ class Cloth:
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) initial velocities [m/s]; empty: at rest
+        (n x 3) initial velocities [m/s]; by default at rest
         """
 
 class Obstacle:

@@ -68,7 +68,7 @@ struct Cloth {
         field("script_positions", &C::script_positions,
               "(times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly "
               "interpolated"),
-        field("velocities", &C::velocities, "(n x 3) initial velocities [m/s]; empty: at rest"),
+        field("velocities", &C::velocities, "(n x 3) initial velocities [m/s]; by default at rest"),
         field("thickness", &C::thickness, "m", non_negative(),
               "contact distance; 0: chosen from the mesh"),
         field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
