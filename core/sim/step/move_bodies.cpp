@@ -59,18 +59,22 @@ std::vector<Index> carriers_of_cloth(const Model& model) {
 
 // Divides the impulses that the cloth and the user's forces exert in a part between its start and
 // its end. Bodies with attached vertices, without contacts and with constant magnetic forces then
-// have the velocities and the mean velocities in the part that the integrator has computed. On
-// other bodies, and if the integrator has not moved the bodies, all impulses act at the start.
+// have the velocities and the mean velocities in the part that the integrator has computed, and
+// move by h v+ if it has not moved them. On other bodies, all impulses act at the start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
                                              const SolvedBodies& solved, const RigidState& rigid,
                                              const Model& model) {
   BodyImpulses first = given_impulses(loads, solved, model), last = first;
   last.linear.setZero(), last.angular.setZero();
-  if (solved.poses.empty()) return {first, last};
   const Points start = body_velocities(rigid);
   for (const Index b : carriers_of_cloth(model)) {
     const double mass = model.body_mass[b].mass;
-    const RigidPose &from = loads.body_poses[b], &to = solved.poses[b];
+    const RigidPose& from = loads.body_poses[b];
+    const Vec3 speed = solved.velocity.row(2 * b).transpose(),
+               rate = solved.velocity.row(2 * b + 1).transpose();
+    const RigidPose to = solved.poses.empty() ? RigidPose{from.position + part.h * speed,
+                                                          turned(from.orientation, rate, part.h)}
+                                              : solved.poses[b];
     // Momenta at the start, and half of what gravity and magnetic forces add to them.
     const Vec3 momentum =
         0.5 * (mass * (start.row(2 * b) + loads.body_velocity.row(2 * b)).transpose() -

@@ -17,8 +17,9 @@ struct MovedBodies {
 // The impulses of the cloth follow from the difference between the velocities in `solved` and those
 // predicted in `loads`. If the integrator has also moved the bodies, attached vertices are placed
 // at their points on the bodies. Without magnets, coils and bearings, bodies whose motion no
-// contact changes then keep the motion that the integrator computed. With them, bodies move again,
-// in the sub-steps of the magnets, by impulses that lead to this motion.
+// contact changes then keep the motion that the integrator computed. With them, bodies move in the
+// sub-steps of the magnets. Those with attached vertices do so by impulses that, under constant
+// magnetic forces, lead to the motion of the solve.
 MovedBodies move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                         State& state, Engines& engines, StepReport& report);
 
