@@ -69,8 +69,6 @@ void bind_parallel(py::module_& m) {
         "Number of processors that this process may use.");
   m.def("threads_in_environment", &threads_in_environment,
         "Number of threads in OMP_NUM_THREADS (of a list, its first number), or 0 without one.");
-  m.def("default_thread_count", &default_thread_count,
-        "threads_in_environment() or, without it, available_processors().");
 }
 
 }  // namespace loomstone

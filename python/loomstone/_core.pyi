@@ -88,7 +88,6 @@ __all__: list[str] = [
     "continuous",
     "corotational_strain",
     "cylinder",
-    "default_thread_count",
     "dipole_energy",
     "dipole_forces",
     "dipole_tree_field",
@@ -4628,11 +4627,6 @@ def cylinder(
 ) -> TriangleMesh:
     """
     Cylinder along z [m], approximated by a prism with `segments` sides.
-    """
-
-def default_thread_count() -> int:
-    """
-    threads_in_environment() or, without it, available_processors().
     """
 
 def dipole_energy(
