@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/base/rotation.h"
 #include "core/sim/model/motion.h"
@@ -98,18 +97,21 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
 
 // Moves attached vertices to their points on the bodies. Returns MovedBodies::carried_gain [J].
 double follow_bodies(const Model& model, const Engines& engines, State& state) {
-  const Points before = state.cloth.x;
+  ClothState& cloth = state.cloth;
+  const auto point = [&](const AttachedVertex& attached) {
+    return to_world(state.rigid, attached.body, attached.local);
+  };
   double farthest = 0.0;
+  for (const AttachedVertex& attached : model.attachments)
+    farthest = std::max(farthest, (point(attached) - cloth.x.row(attached.row).transpose()).norm());
+  const bool carried = farthest > rounding_of_places * model.cloth_size;
+  const double energy = carried ? potential_energy(engines, cloth.x) : 0.0;
   for (const AttachedVertex& attached : model.attachments) {
-    const Vec3 point = to_world(state.rigid, attached.body, attached.local);
-    farthest =
-        std::max(farthest, (point - state.cloth.x.row(attached.row).transpose()).squaredNorm());
-    state.cloth.x.row(attached.row) = point.transpose();
-    state.cloth.v.row(attached.row) = velocity_at(state.rigid, attached.body, point).transpose();
+    const Vec3 place = point(attached);
+    cloth.x.row(attached.row) = place.transpose();
+    cloth.v.row(attached.row) = velocity_at(state.rigid, attached.body, place).transpose();
   }
-  if (std::sqrt(farthest) <= rounding_of_places * model.cloth_size) return 0.0;
-  const double energy = potential_energy(engines, before);
-  return potential_energy(engines, state.cloth.x) - energy;
+  return carried ? potential_energy(engines, cloth.x) - energy : 0.0;
 }
 
 // Adds contacts to the motion of the bodies that the integrator has computed under all loads. The
