@@ -55,7 +55,7 @@ struct MovedPins {
   const Vector& mass;
   double work = 0.0;  // without the kinetic energy of these vertices [J]
 
-  // Takes the impulses that the rows have received back.
+  // Takes back the impulses that the rows have received.
   void absorb(Points& v) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Index i = rows[k];
