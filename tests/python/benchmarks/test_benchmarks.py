@@ -16,8 +16,8 @@ MODULES = (
     "fault_trials.py",
     "fault_scenes.py",
 )
-# Folders of modules that the scripts of other programs import, and of programs for Blender.
-HELPERS = (BENCHMARKS / "peer_helpers", BENCHMARKS / "inside_blender")
+# Folders of modules that other programs import, and of programs for Blender.
+HELPERS = tuple(BENCHMARKS / name for name in ("peer_helpers", "random_parts", "inside_blender"))
 PROGRAMS = sorted(
     p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES and p.parent not in HELPERS
 )

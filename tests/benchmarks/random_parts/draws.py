@@ -1,0 +1,33 @@
+"""Random numbers, meshes and materials of random scenes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def between(random: np.random.Generator, low: float, high: float) -> float:
+    """Returns a number between `low` and `high` whose logarithm is uniformly distributed."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def direction(random: np.random.Generator) -> NDArray[np.float64]:
+    """Returns a unit vector."""
+    vector = random.normal(size=3)
+    return vector / np.linalg.norm(vector)
+
+
+def quaternion(random: np.random.Generator) -> NDArray[np.float64]:
+    """Returns a rotation as (w, x, y, z), uniformly distributed."""
+    vector = random.normal(size=4)
+    return vector / np.linalg.norm(vector)
+
+
+def rotation(random: np.random.Generator) -> NDArray[np.float64]:
+    """Returns a rotation matrix, uniformly distributed."""
+    w, x, y, z = quaternion(random)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
