@@ -17,11 +17,11 @@ namespace {
 // take steps by backward Euler while they have gained more than this fraction.
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, beyond the work of scripts and loads and
-// the energy that contacts lose, as a fraction of the same scale. Where pins move cloth without
-// strain limits, gain_tolerance applies instead. The accuracy multiplies this tolerance, too. Our
-// choice: in 14 other scenes, the gain is below 0.003. It is 0.63 where contacts throw two magnets
-// apart that should stay together, and up to 0.07 in harmless steps of such magnets
-// (docs/experiments/energy.md).
+// the energy that contacts lose, as a fraction of the same scale. Where pins move cloth and no
+// triangle is at its strain limits, gain_tolerance applies instead. The accuracy multiplies this
+// tolerance, too. Our choice: in 14 other scenes, the gain is below 0.003. It is 0.63 where
+// contacts throw two magnets apart that should stay together, and up to 0.07 in harmless steps of
+// such magnets (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For this gain, the scale is at least this fraction of the work of scripts in the part. Our
 // choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and
@@ -174,15 +174,18 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double scale = std::max(account.largest_kinetic, near.energy);
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
   const double energy = energy_at_end(state, part.t1, engines);
-  // Strain limits change the energy, too, which shorter steps do not prevent.
-  const bool moved = !engines.limiter && pins_move(engines.model.cloth, loads);
-  const bool may_gain = moved || (!engines.limiter && !engines.integrator->damps());
+  // Stiff phases of strain limits store energy that the account omits.
+  const bool limited = engines.at_limits();
+  const bool moved = !limited && pins_move(engines.model.cloth, loads);
+  const bool may_gain = moved || (!limited && !engines.integrator->damps());
   if (!may_gain && std::max(energy, near.energy) <= tolerated) return part.length;
   // The gain at the start is measured first, because energies at its positions are still known.
   const double at_start = gain_at_start(part, engines, state);
   const double at_end = measured_gain(state, poses_of_magnets(state, part.t1, engines), engines);
   const double by_contacts = energy - near.energy;
-  const double in_part = at_end - at_start + std::min(0.0, by_contacts);
+  // Shorter parts do not prevent what sweeps of strain limits gain.
+  const double by_limits = account.limits - part.start->account.limits;
+  const double in_part = at_end - at_start + std::min(0.0, by_contacts) + std::min(0.0, by_limits);
   // If scripts stretch cloth slowly, their work is much larger than the kinetic energy.
   const double work = std::abs(account.scripts - part.start->account.scripts);
   const double most =

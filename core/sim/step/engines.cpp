@@ -1,5 +1,9 @@
 #include "core/sim/step/engines.h"
 
+#include <algorithm>
+#include <vector>
+
+#include "core/parallel/shared_work.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {
@@ -62,6 +66,13 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
   limits_after_solve = !options.is<Asynchronous>();
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;
+}
+
+bool Engines::at_limits() const {
+  if (!limits_in_solve || !limiter) return false;
+  const std::vector<char> on_ranks = results_of_ranks(
+      layout.communicator(), [&]() -> char { return elasticity->in_limit_phase(); });
+  return std::find(on_ranks.begin(), on_ranks.end(), 1) != on_ranks.end();
 }
 
 Elasticity& Engines::elasticity_for(Measuring how) const {

@@ -67,6 +67,10 @@ struct Engines {
   // False: limiting is left to the integrator, and `limiter` only measures the excess.
   bool limits_after_solve = true;
   bool limits_in_solve = false;  // true: the implicit solve includes strain limits
+
+  // Collective. Returns whether any triangle of any rank was in a stiff phase of its strain limits
+  // in the last solve.
+  bool at_limits() const;
 };
 
 }  // namespace loomstone

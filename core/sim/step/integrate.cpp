@@ -23,15 +23,6 @@ Elasticity::LimitPhaseScope limit_phase(const NearContacts& near, const State& s
                                          near.yields.empty() ? nullptr : near.yields.data());
 }
 
-// Collective. Returns whether any triangle of any rank is in a stiff phase of its strain limits.
-bool at_limits(const Engines& engines) {
-  if (!engines.limits_in_solve || !engines.limiter) return false;
-  const std::vector<char> on_ranks = results_of_ranks(engines.layout.communicator(), [&]() -> char {
-    return engines.elasticity->in_limit_phase();
-  });
-  return std::find(on_ranks.begin(), on_ranks.end(), 1) != on_ranks.end();
-}
-
 // Passes the events of the integrator to EventContacts, which handles contacts.
 class CollisionsOfStep final : public EventCollisions {
  public:
@@ -88,7 +79,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
   inputs.damped = engines.integrator->implicit() && !engines.integrator->damps() &&
-                  (at_limits(engines) || has_gained(part, engines, state));
+                  (engines.at_limits() || has_gained(part, engines, state));
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};
