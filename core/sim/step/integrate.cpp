@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <sstream>
-#include <vector>
 
-#include "core/parallel/shared_work.h"
 #include "core/sim/step/energy_account.h"
 
 namespace loomstone {
