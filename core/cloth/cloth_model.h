@@ -64,4 +64,10 @@ struct ClothModel {
 Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 
+// Returns the rate at which strains beyond their limits may recover [1/s]: the one at which elastic
+// forces of the softest cloth alone would bring them back. Scripts may stretch triangles far beyond
+// their limits. If these came back within a part of a step, however short it is, the solve would
+// throw their vertices away.
+double recovery_rate(const ClothModel& cloth);
+
 }  // namespace loomstone

@@ -1,7 +1,9 @@
 #include "core/cloth/elasticity.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "core/base/same_bits.h"
@@ -132,9 +134,10 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
 }
 
 Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Points& x, Index begin,
-                                                    Index end, const std::uint8_t* yields) {
+                                                    Index end, const std::uint8_t* yields,
+                                                    double recovery) {
   if (!limit_phase_) return {};
-  in_limit_phase_ = limit_phase_->enter(team, x, begin, end, yields);
+  in_limit_phase_ = limit_phase_->enter(team, x, begin, end, yields, recovery);
   return last_limit_phase();
 }
 
@@ -343,6 +346,18 @@ std::size_t Elasticity::bending_bytes() const {
   std::size_t sum = bytes_of(zero_velocity_, known_.bending.force);
   for (const BendingElements& of_part : bending_) sum += of_part.element->bytes();
   return sum;
+}
+
+double recovery_rate(const ClothModel& cloth) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < cloth.constants.size(); ++i) {
+    const Index vertices = cloth.first_vertex[i + 1] - cloth.first_vertex[i];
+    const Index triangles = cloth.first_triangle[i + 1] - cloth.first_triangle[i];
+    const double mass = cloth.mass.segment(cloth.first_vertex[i], vertices).sum() / triangles;
+    const double modulus = std::min(cloth.constants[i].a11, cloth.constants[i].a22);
+    least = std::min(least, std::sqrt(modulus / (2.0 * mass)));
+  }
+  return least;
 }
 
 }  // namespace loomstone

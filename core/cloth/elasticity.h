@@ -79,7 +79,7 @@ class Elasticity {
   // Determines the phase of each triangle that touches rows [begin, end) from its strain at x; see
   // LimitPhase::enter(). Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
-                              const std::uint8_t* yields = nullptr);
+                              const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
   bool in_limit_phase() const { return in_limit_phase_; }
   // Returns a guard like that of limit_phase(), for the phases that its last call determined.

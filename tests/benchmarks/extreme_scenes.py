@@ -217,6 +217,40 @@ def heap(towels: int) -> ls.Scene:
     return ls.Scene(cloths=cloths, obstacles=[ls.floor(height=0.0)])
 
 
+def torn(limit: float) -> ls.Scene:
+    """A sheet with strain limits [1] over a fixed ball. Pins at two corners move away from those at
+    the other two, to four times the length of the sheet, and a heavy ball falls on it.
+    """
+    flat = ls.grid(size=(0.15, 0.15), cells=(8, 8))
+    places = 0.075 * np.array([(-1, -1, 0), (1, -1, 0), (-1, 1, 0), (1, 1, 0)])
+    pins = ls.meshes.nearest_vertices(flat, places)
+    moved = places + np.array([(0, 0, 0), (0, 0, 0), (0, 2, 0), (0, 2, 0)])
+    sheet = ls.Cloth(
+        name="sheet",
+        mesh=flat,
+        material=ls.ClothMaterial(
+            weft_stiffness=100.0,
+            warp_stiffness=100.0,
+            shear_stiffness=30.0,
+            density=0.07,
+            bending_weft=2e-6,
+            bending_warp=2e-6,
+        ),
+        strain_limit=ls.StrainLimit(limit, limit, 0.1),
+        pins=pins,
+        script_times=[0.0, 1.0],
+        script_positions=np.array([places, moved]),
+    )
+    ball = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.015),
+        density=7900.0,
+        position=(0.0, 0.0, 0.03),
+    )
+    under = ls.sphere(radius=0.04, centre=(0.0, 0.0, -0.0415))
+    return ls.Scene(cloths=[sheet], bodies=[ball], obstacles=[under])
+
+
 def pushed(speed: float = 0.6) -> ls.Scene:
     """A ribbon of 1 m on a table, pushed by one end at `speed` [m/s] from the start. It buckles,
     and its other end slides over the edge of the table.

@@ -52,6 +52,7 @@ struct Phases {
   double* table;
   std::uint8_t* entered;
   const std::uint8_t* yields;  // (vertices) may be null
+  double recovery;             // see LimitPhase::enter()
 };
 
 // Returns 1 in the lanes of yielding triangles, and 0 in the others.
@@ -69,27 +70,29 @@ struct ModeLaw {
   Lanes stress, tangent;
 };
 
-// Returns the law of mode k at strain e. `modulus` is the one added in the second phase [N/m].
+// Returns the law of mode k at strain e. `modulus` is the one added in the second phase [N/m]. In
+// the fourth phase, viscosity lets the strain recover by the fraction `recovery` of its excess.
 template <class Lanes>
-LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes modulus, Lanes e) {
+LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes modulus, Lanes e,
+                                            double recovery) {
   const Lanes least = lanes_load<Lanes>(bound + n_lanes * k),
               most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
   const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
               far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
+  // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
+  // third phase.
+  const Lanes broken_most = far_most + 2.0 * (far_most - most),
+              broken_least = far_least + 2.0 * (far_least - least);
   const MaskOf<Lanes> over = e > most, under = e < least;
   const MaskOf<Lanes> far_over = e > far_most, far_under = e < far_least;
   const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
   const Lanes far =
       lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
-  // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
-  // third phase.
-  const Lanes broken_most = far_most + 2.0 * (far_most - most),
-              broken_least = far_least + 2.0 * (far_least - least);
   const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
   const Lanes broken = lanes_select(broken_over, e - broken_most,
                                     lanes_select(broken_under, e - broken_least, Lanes{}));
   const Lanes steepness = lanes_select(
-      broken_over | broken_under, lanes_all<Lanes>(steepest),
+      broken_over | broken_under, lanes_all<Lanes>(steepest / recovery),
       lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0)));
   return {modulus * (beyond + (steeper - 1.0) * far + (steepest - steeper) * broken),
           modulus * lanes_select(over | under, steepness, Lanes{})};
@@ -141,7 +144,7 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
                             batch.constant(k == 0   ? 1
                                            : k == 1 ? 2
                                                     : 4);
-      ModeLaw<Lanes> law = law_of_mode(bound, k, modulus, strain[k]);
+      ModeLaw<Lanes> law = law_of_mode(bound, k, modulus, strain[k], phases.recovery);
       if (phases.yields) let_yield(bound, k, modulus, strain, yields, law);
       lanes_store(o + n_lanes * k, law.tangent);
       lanes_store(o + n_lanes * (3 + k), slope[k] * law.stress - law.tangent * green[k]);
@@ -191,9 +194,10 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
 }
 
 bool LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end,
-                       const std::uint8_t* yields) {
+                       const std::uint8_t* yields, double recovery) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
-  const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data(), yields};
+  const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data(),
+                      yields,         recovery};
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_update,
                   [&](Index first, Index last) {
                     LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,

@@ -10,15 +10,16 @@ namespace loomstone {
 
 namespace {
 
-Elasticity::LimitPhaseScope limit_phase(const NearContacts& near, const State& state,
-                                        Engines& engines) {
+Elasticity::LimitPhaseScope limit_phase(const StepContext& part, const NearContacts& near,
+                                        const State& state, Engines& engines) {
   if (!engines.limits_in_solve) return {};
   const Index n = engines.model.cloth.n_vertices;
   const bool all = engines.integrator->asks_energy();
   const Index first = all ? 0 : std::min(engines.layout.begin(), n);
   const Index last = all ? n : std::min(engines.layout.end(), n);
   return engines.elasticity->limit_phase(engines.team, state.cloth.x, first, last,
-                                         near.yields.empty() ? nullptr : near.yields.data());
+                                         near.yields.empty() ? nullptr : near.yields.data(),
+                                         std::min(1.0, engines.recovery_rate * part.h));
 }
 
 // Passes the events of the integrator to EventContacts, which handles contacts.
@@ -53,7 +54,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   const Model& model = engines.model;
   SolvedBodies solved{loads.body_velocity, {}};
   if (model.cloth.n_vertices == 0) return solved;
-  const auto phase = limit_phase(near, state, engines);
+  const auto phase = limit_phase(part, near, state, engines);
   const TermsAt at = [&](const Points& displacement, double time, TermRequest request,
                          ExtraTerms& terms) {
     return terms_at(near, engines, displacement, time, request, terms);

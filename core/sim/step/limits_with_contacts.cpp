@@ -97,12 +97,19 @@ class Constraining {
     const auto start = std::chrono::steady_clock::now();
     const Points wanted = x1_;
     LimitReport done = in_.limiter->enforce(*in_.team, in_.seed, held, x1_);
-    if (done.beyond > 0 && in_.limits_hold && take_back(wanted)) {
+    bool taken_back = done.beyond > 0 && in_.limits_hold && take_back(wanted);
+    if (x1_ != wanted) {
+      const double limited = in_.energy(wanted) - in_.energy(x1_);
+      if (in_.limits_in_solve && -limited > in_.most_gain)
+        x1_ = wanted, taken_back = true;
+      else
+        report_.limited += limited;
+    }
+    if (taken_back) {
       const LimitReport left = in_.limiter->measure(*in_.team, x1_);
       done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst,
       done.broken = left.broken;
     }
-    if (x1_ != wanted) report_.limited += in_.energy(wanted) - in_.energy(x1_);
     const int sweeps = report_.limits.sweeps + done.sweeps;
     const std::int64_t evaluations = report_.limits.evaluations + done.evaluations;
     report_.limits = done;

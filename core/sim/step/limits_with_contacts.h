@@ -38,6 +38,9 @@ struct ConstrainInputs {
   // Returns the energy of the cloth if the part ends at x1, without the energy of contacts [J].
   // Required with `limiter`.
   std::function<double(const Points& x1)> energy;
+  // Sweeps that would add more energy than this are taken back if the solve limits strain, too [J].
+  // In very short parts, the correction of a small excess would throw vertices away.
+  double most_gain = 0.0;
 };
 
 struct ConstrainReport {

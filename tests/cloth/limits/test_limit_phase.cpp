@@ -124,6 +124,30 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a slow recovery adds viscosity far beyond a limit, but changes no stress at the start") {
+  ClothMaterial material;
+  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
+  material.poisson = 0.0;
+  Sheet s = make_sheet(material);
+  StrainLimit limit;
+  limit.weft = 0.1;
+  LimitPhase phase = phase_of(s, limit);
+  const auto tensions = [&](double strain, double recovery) {
+    phase.enter({}, stretched(s.mesh, strain), 0, s.mesh.n_vertices(), nullptr, recovery);
+    s.membrane.set_phase(phase.table(), phase.entered());
+    const double at_start = tension(s, stretched(s.mesh, strain));
+    const double more = tension(s, stretched(s.mesh, strain + 1e-6)) - at_start;
+    return std::pair(at_start, more);
+  };
+  // Within the third phase nothing changes.
+  CHECK(tensions(0.104, 0.1) == tensions(0.104, 1.0));
+  const auto [force, slope] = tensions(0.3, 1.0);
+  const auto [same_force, steeper_slope] = tensions(0.3, 0.1);
+  CHECK(same_force == Approx(force).epsilon(1e-12));
+  // The tension also contains the stress, which turns with the strip and is the same in both.
+  CHECK(steeper_slope > 5.0 * slope);
+}
+
 TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its limit most") {
   ClothMaterial material;
   material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
