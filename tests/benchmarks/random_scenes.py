@@ -9,8 +9,9 @@ and speed by 500. In a `mixture` up to three cloths meet bodies, magnets, coils,
 and obstacles that move. A scene is listed if a step fails, if an impact is unresolved or triangles
 intersect where nothing scripted forces them to, if the balance of energy with contacts rises by
 more than --tolerance of the largest kinetic energy (or of the work of scripts, if that is larger),
-or if a step takes longer than --longest. A scene ends after --wall seconds, even if its motion has
-not. The exit status is 1 if a step failed, an impact remained or triangles intersected.
+if the solve creates more energy than scripts and loads have supplied, even if certification removes
+it again, or if a step takes longer than --longest. A scene ends after --wall seconds, even if its
+motion has not. The exit status is 1 if a step failed, an impact remained or triangles intersected.
 """
 
 import argparse
@@ -35,6 +36,7 @@ class Verdict:
     failure: str = ""
     n_wrong: int = 0  # steps with unresolved impacts or intersections that nothing forces
     balance: float = 0.0  # largest
+    created: float = 0.0  # energy that the solve creates, as a fraction of the supplied energy
     longest: float = 0.0  # step [s]
     wrong: bool = False
     gaining: bool = False  # energy
@@ -44,7 +46,9 @@ class Verdict:
 def judge(sim: ls.Simulation, end: float, given: argparse.Namespace) -> Verdict:
     """Runs the simulation until `end` [s], or for the given wall time."""
     verdict, forced, start = Verdict(), False, time.perf_counter()
-    gain = work = 0.0  # [J]
+    gain = work = created = 0.0  # [J]
+    sim.step()
+    supplied = sim.report.account.largest_kinetic + 1e-12  # [J]
     while sim.time < end and time.perf_counter() - start < given.wall:
         before = time.perf_counter()
         try:
@@ -59,8 +63,11 @@ def judge(sim: ls.Simulation, end: float, given: argparse.Namespace) -> Verdict:
             verdict.n_wrong += 1
         gain = max(gain, account.contact_balance * account.largest_kinetic)
         work = max(work, abs(account.scripts))
+        created = max(created, -account.lost)
     verdict.balance = gain / max(sim.report.account.largest_kinetic, work, 1e-300)
-    verdict.gaining = verdict.balance > given.tolerance
+    supplied += work + abs(sim.report.account.loads) + abs(sim.report.energy.gravity)
+    verdict.created = created / supplied
+    verdict.gaining = verdict.balance > given.tolerance or verdict.created > 1.0
     verdict.slow = verdict.longest > given.longest
     verdict.wrong = bool(verdict.failure) or verdict.n_wrong > 0
     return verdict
@@ -79,8 +86,9 @@ def run(kind: str, number: int, given: argparse.Namespace) -> Verdict:
     end = 0.3 * size**0.5 if kind == "sheet" else min(1.0, 1.2 * size**0.5)
     verdict = judge(sim, end, given)
     if verdict.wrong or verdict.gaining or verdict.slow or given.only is not None:
-        found = f"balance {verdict.balance:.3f}, {verdict.n_wrong} wrong steps, longest step "
-        found += f"{verdict.longest:.2f} s, {sim.step_index} steps to {sim.time / end:.2f}"
+        found = f"balance {verdict.balance:.3f}, {verdict.created:.2g} created, "
+        found += f"{verdict.n_wrong} wrong steps, longest step {verdict.longest:.2f} s, "
+        found += f"{sim.step_index} steps to {sim.time / end:.2f}"
         print(f"{kind} {number}: {verdict.failure or found}: {name}, {words}", flush=True)
     return verdict
 
