@@ -56,7 +56,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
   if (!model.cloth.strain_limits.empty())
     limiter = std::make_unique<StrainLimiter>(limited_cloth(model.cloth), model.scene.limits,
                                               &layout.communicator());
-  if (limiter) recovery_rate = loomstone::recovery_rate(model.cloth);
+  recovery_rate = loomstone::recovery_rate(model.cloth);
   if (const ImplicitOptions* implicit = options.implicit()) accuracy = implicit->accuracy;
   if (accuracy && model.cloth.n_vertices > 0)
     error = std::make_unique<DisplacementError>(model.cloth, *elasticity,

@@ -67,7 +67,7 @@ struct Engines {
   // False: limiting is left to the integrator, and `limiter` only measures the excess.
   bool limits_after_solve = true;
   bool limits_in_solve = false;  // true: the implicit solve includes strain limits
-  double recovery_rate = 0.0;  // of strain beyond its limits, see loomstone::recovery_rate() [1/s]
+  double recovery_rate = 0.0;    // see loomstone::recovery_rate() [1/s]
 
   // Collective. Returns whether any triangle of any rank was in a stiff phase of its strain limits
   // in the last solve.

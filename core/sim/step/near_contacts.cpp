@@ -51,8 +51,14 @@ VertexVelocities expected_change(const StepContext& part, const State& state, co
   });
 }
 
-// Adds a stiff two-way spring between each attached vertex and its point on the body.
-void add_attachments(const Model& model, const State& state, ExtraTerms& terms) {
+// Adds a stiff two-way spring between each attached vertex and its point on the body. In parts that
+// are shorter than the time in which strains recover (recovery_rate()), it is viscous, too:
+// rotation and contacts may have moved the vertex away from its point, and to come back within such
+// a part, it would need a large velocity.
+void add_attachments(const StepContext& part, const Engines& engines, const State& state,
+                     ExtraTerms& terms) {
+  const Model& model = engines.model;
+  const double viscosity = std::max(1.0, 1.0 / (engines.recovery_rate * part.h));
   for (const AttachedVertex& attached : model.attachments) {
     const Vec3 point = to_world(state.rigid, attached.body, attached.local);
     ExtraTerm term;
@@ -64,7 +70,7 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
     term.n_entries = 3;
     term.gradient =
         model.attachment_stiffness * (state.cloth.x.row(attached.row).transpose() - point);
-    term.hessian = model.attachment_stiffness * Mat3::Identity();
+    term.hessian = viscosity * model.attachment_stiffness * Mat3::Identity();
     terms.push_back(term);
   }
 }
@@ -213,7 +219,7 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   find_forced_limits(state, engines, near);
   const std::size_t n_contact_terms = near.terms.size();
-  if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
+  if (engines.integrator->implicit()) add_attachments(part, engines, state, near.terms);
   near.n_attachments = near.terms.size() - n_contact_terms;
   report.contacts.near = std::max(report.contacts.near, near.totals.n);
 }
