@@ -80,7 +80,7 @@ def run(kind: str, number: int, given: argparse.Namespace) -> Verdict:
     words, size, scene = KINDS[kind](random)
     try:
         sim = ls.Simulation(scene, integrator=METHODS[name](), threads=1)
-    except ls.InvalidInput as refusal:  # some scenes begin with intersections
+    except (ls.InvalidInput, ls.Unsupported) as refusal:  # for example intersections at the start
         print(f"{kind} {number} is refused: {str(refusal)[:60]} ...", flush=True)
         return Verdict()
     end = 0.3 * size**0.5 if kind == "sheet" else min(1.0, 1.2 * size**0.5)
