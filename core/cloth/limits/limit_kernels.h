@@ -35,8 +35,9 @@ struct Motion {
 void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n,
            std::uint8_t* corrected);
 
-// Computes the changes of x, or of v, (batches x 9 x 8) at all three corners in batches with a lane
-// to correct, without applying them. `corrected` is set as by sweep().
+// Computes the changes of x, or of v, without applying them. For batches with a lane to correct,
+// writes the changes at all three corners to `out` (batches x 9 x 8). `corrected` is set as by
+// sweep().
 void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
                  std::uint8_t* corrected, double* out);
 

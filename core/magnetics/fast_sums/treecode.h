@@ -27,9 +27,9 @@ struct TreecodeField {
   int order = 0;       // order of the expansions, 0 for a direct sum
 };
 
-// Returns the field of the dipoles of `by` at points (n x 3), if `gradient` is true also its
-// gradient, and the error and order of the result. A dipole at the position of a point contributes
-// nothing there. `tolerance` must be in [1e-10, 0.1].
+// Returns the field of the dipoles of `by` at points (n x 3), its gradient if `gradient` is true,
+// and the error and order of the result. A dipole at the position of a point contributes nothing
+// there. `tolerance` must be in [1e-10, 0.1].
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance);
 

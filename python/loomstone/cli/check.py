@@ -28,10 +28,10 @@ def check(
 ) -> None:
     """Checks a scene before it is run, or checks a run.
 
-    A scene fails if it cannot be simulated, for example because triangles intersect at its start.
-    A run fails if triangles of cloth intersect in any frame, or if check() of its scene file fails.
-    The exit code is 1 if the scene or run fails. check() is part of the program that the run
-    contains; see --trust.
+    A scene fails if it cannot be simulated, for example because cloth intersects itself or another
+    surface at the start. A run fails if triangles of cloth intersect in any frame, or if check() of
+    its scene file fails. The exit code is 1 if the scene or run fails. check() is part of the
+    program that the run contains; see --trust.
 
     \b
         loomstone check scenes/drape.py --render start.png

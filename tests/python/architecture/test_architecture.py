@@ -129,7 +129,8 @@ def test_an_external_library_is_included_only_by_its_files(header: str) -> None:
 
 
 def test_types_of_headers_have_different_names() -> None:
-    # Otherwise a program with both could use the destructor of one for the other.
+    # Types of the same name would violate the one-definition rule: a program that contains both
+    # could destroy an object of one type with the destructor of the other.
     declared = (
         r"^(?:struct|class|enum class) (?:alignas\([^)]*\) )?(\w+)(?: final)?(?: :[^{;]*)? \{"
     )
