@@ -65,7 +65,7 @@ struct StepInputs {
   // friction is too large. Null, on all ranks, if no rank has terms of contacts.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
-  // (n x 3) Positions of fixed rows of cloth at the end [m]; no rows if none is fixed.
+  // (n x 3) Positions of prescribed vertices at the end [m]; no rows if no vertex is prescribed.
   const Points* target = nullptr;
   // True, on all ranks, if implicit schemes must take the step by backward Euler: any triangle is
   // in a stiff phase of its strain limits (see LimitPhase), from which midpoint and BDF-2 throw

@@ -23,9 +23,10 @@ std::unique_ptr<Integrator> make_newton(Scheme scheme, std::string_view name,
 // Refreshes all rows of a table of cloth vertices from the ranks that own them. `wide` is scratch
 // memory.
 void gather_cloth_rows(const RowLayout& layout, Points& table, Points& wide);
-// Sets the velocities of fixed rows so that they reach their targets at the end of the step.
+// Sets the velocities of prescribed vertices so that they reach their targets at the end of the
+// step.
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
-// Sets the positions of fixed rows exactly to their targets.
+// Sets the positions of prescribed vertices exactly to their targets.
 void place_fixed(const StepInputs& inputs, Points& x);
 
 // Adds the forces of the terms, -sigma J^T (g + H d), to the owned rows of `rhs`. J, g and H are

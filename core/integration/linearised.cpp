@@ -138,8 +138,8 @@ class LinearisedIntegrator final : public Integrator {
     displacement_.row(row) = moved;
   }
 
-  // Sets u0, the initial guess of dv, and the loads. In fixed rows, dv changes the velocity to the
-  // mean velocity of the motion to the target.
+  // Sets u0, the initial guess of dv, and the loads. For prescribed vertices, dv changes the
+  // velocity to the mean velocity of the motion to the target.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
     // With contacts, the change of velocity in the last step is not used as a warm start. Our

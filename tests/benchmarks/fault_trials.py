@@ -45,7 +45,7 @@ def command(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[str]
 
 
 class Whole:
-    """A run without faults in `place`/whole, with which runs with faults are compared."""
+    """A run without faults, stored in `place`/whole; runs with faults are compared with it."""
 
     def __init__(self, place: Path) -> None:
         self.scene, self.out = place / "scene.py", place / "whole"
