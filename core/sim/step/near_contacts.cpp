@@ -164,8 +164,8 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   collision.untangle(inputs, near.tangle, near.terms);
 }
 
-// Returns for each cloth vertex whether it touches a scripted surface; no entries if none does.
-// Reads the friction anchors, because every rank has those of all contacts.
+// Returns for each cloth vertex whether it touches an obstacle; no entries if none does. Reads the
+// friction anchors, because every rank has those of all contacts.
 std::vector<std::uint8_t> vertices_at_scripted(const State& state, const Model& model) {
   const CollisionModel& collision = model.collision;
   const auto kind = [&](Index v) {
