@@ -79,15 +79,15 @@ LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes mo
               most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
   const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
               far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
-  // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
-  // third phase.
-  const Lanes broken_most = far_most + 2.0 * (far_most - most),
-              broken_least = far_least + 2.0 * (far_least - least);
   const MaskOf<Lanes> over = e > most, under = e < least;
   const MaskOf<Lanes> far_over = e > far_most, far_under = e < far_least;
   const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
   const Lanes far =
       lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
+  // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
+  // third phase.
+  const Lanes broken_most = far_most + 2.0 * (far_most - most),
+              broken_least = far_least + 2.0 * (far_least - least);
   const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
   const Lanes broken = lanes_select(broken_over, e - broken_most,
                                     lanes_select(broken_under, e - broken_least, Lanes{}));

@@ -174,10 +174,10 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double scale = std::max(account.largest_kinetic, near.energy);
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
   const double energy = energy_at_end(state, part.t1, engines);
+  const bool pinned = pins_move(engines.model.cloth, loads);
   // Stiff phases of strain limits store energy that the account omits.
-  const bool limited = engines.at_limits();
-  const bool moved = !limited && pins_move(engines.model.cloth, loads);
-  const bool may_gain = moved || (!limited && !engines.integrator->damps());
+  const bool may_gain = (pinned || !engines.integrator->damps()) && !engines.at_limits();
+  const bool moved = pinned && may_gain;
   if (!may_gain && std::max(energy, near.energy) <= tolerated) return part.length;
   // The gain at the start is measured first, because energies at its positions are still known.
   const double at_start = gain_at_start(part, engines, state);

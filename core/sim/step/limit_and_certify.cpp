@@ -13,9 +13,6 @@ namespace {
 // A part of the step is halved if certification and fallbacks withhold more than this fraction of
 // its requested motion. Our choice.
 constexpr double much_withheld = 0.1;
-// Energy that sweeps of strain limits may add in a part, as a fraction of the largest kinetic
-// energy so far. Our choice.
-constexpr double gained_by_sweeps = 0.1;
 
 // Returns the motions of bodies that certification checks. The motion of a body leads from its pose
 // at the start of the part to its pose after the stage that moves bodies.
@@ -93,12 +90,6 @@ std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near)
   return vertices;
 }
 
-// Returns ConstrainInputs::most_gain [J].
-double most_gain_of_sweeps(const State& state, const Engines& engines) {
-  return gained_by_sweeps *
-         std::max(state.account.largest_kinetic, kinetic_energy(engines, state.cloth.v));
-}
-
 void add_to_report(const StepContext& part, const ConstrainReport& done, bool limited,
                    StepReport& report) {
   report.seconds.limit += done.limit_seconds;
@@ -149,11 +140,11 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
   const ClothState& solved = state.cloth;
-  inputs.energy = [&](const Points& at) {
+  inputs.energy = [&](const Points& at) -> ClothEnergy {
     const Points x = at.topRows(n), v = solved.v + (x - solved.x) / part.h;
-    return kinetic_energy(engines, v) + potential_energy(engines, x);
+    return {kinetic_energy(engines, v), potential_energy(engines, x)};
   };
-  inputs.most_gain = most_gain_of_sweeps(state, engines);
+  inputs.largest_kinetic = state.account.largest_kinetic;
   const ConstrainReport done = constrain(inputs, x1, bodies);
   Certified certified;
   certified.limited = done.limited;

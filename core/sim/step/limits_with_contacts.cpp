@@ -17,6 +17,10 @@ constexpr int max_passes = 16;    // passes over triangles per fallback
 constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
 // A part of the step is divided if fallbacks withhold more than this fraction of its motion.
 constexpr double much_motion = 0.01;
+// Sweeps that would add more energy than this fraction of the largest kinetic energy so far are
+// taken back if the solve limits strain, too. In very short parts, the correction of a small excess
+// would throw vertices away. Our choice.
+constexpr double gained_by_sweeps = 0.1;
 
 // A strain mode (weft, warp, shear) of a triangle: the amount by which its strain exceeds the
 // nearer limit (negative: within the limit), and the tolerated excess [1].
@@ -99,8 +103,10 @@ class Constraining {
     LimitReport done = in_.limiter->enforce(*in_.team, in_.seed, held, x1_);
     bool taken_back = done.beyond > 0 && in_.limits_hold && take_back(wanted);
     if (x1_ != wanted) {
-      const double limited = in_.energy(wanted) - in_.energy(x1_);
-      if (in_.limits_in_solve && -limited > in_.most_gain)
+      const ClothEnergy before = in_.energy(wanted), after = in_.energy(x1_);
+      const double limited = before.total() - after.total();
+      const double scale = std::max(in_.largest_kinetic, before.kinetic);
+      if (in_.limits_in_solve && -limited > gained_by_sweeps * scale)
         x1_ = wanted, taken_back = true;
       else
         report_.limited += limited;

@@ -17,6 +17,12 @@
 
 namespace loomstone {
 
+// Energy of the cloth without that of contacts [J].
+struct ClothEnergy {
+  double kinetic = 0.0, potential = 0.0;
+  double total() const { return kinetic + potential; }
+};
+
 struct ConstrainInputs {
   const Team* team = nullptr;
   const Team* collision_team = nullptr;
@@ -35,12 +41,9 @@ struct ConstrainInputs {
   double h = 0.0;              // length of the part [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0 unless free cloth vertex [1/kg]
-  // Returns the energy of the cloth if the part ends at x1, without the energy of contacts [J].
-  // Required with `limiter`.
-  std::function<double(const Points& x1)> energy;
-  // Sweeps that would add more energy than this are taken back if the solve limits strain, too [J].
-  // In very short parts, the correction of a small excess would throw vertices away.
-  double most_gain = 0.0;
+  // Returns the energy of the cloth if the part ends at x1. Required with `limiter`.
+  std::function<ClothEnergy(const Points& x1)> energy;
+  double largest_kinetic = 0.0;  // largest kinetic energy so far [J]
 };
 
 struct ConstrainReport {

@@ -166,7 +166,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
 
 // Returns for each cloth vertex whether it touches an obstacle; no entries if none does. Reads the
 // friction anchors, because every rank has those of all contacts.
-std::vector<std::uint8_t> vertices_at_scripted(const State& state, const Model& model) {
+std::vector<std::uint8_t> vertices_at_obstacles(const State& state, const Model& model) {
   const CollisionModel& collision = model.collision;
   const auto kind = [&](Index v) {
     return collision.surfaces[collision.surface_of_vertex[v]].kind;
@@ -190,7 +190,7 @@ void find_forced_limits(const State& state, Engines& engines, NearContacts& near
   near.forced.clear(), near.yields.clear();
   if (!engines.limits_in_solve || !engines.limiter) return;
   const Model& model = engines.model;
-  std::vector<std::uint8_t> touch = vertices_at_scripted(state, model);
+  std::vector<std::uint8_t> touch = vertices_at_obstacles(state, model);
   if (touch.empty()) return;
   const auto surface = [&](Index v) { return model.collision.surface_of_vertex[v]; };
   std::vector<std::uint8_t> forced(model.collision.surfaces.size(), 0);

@@ -25,9 +25,9 @@ struct NearContacts {
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   // forced[s] is 1 if surface s is a cloth whose strain limits are forced: at the start, triangles
-  // of it that touch a scripted surface exceed their limits by more than limit_margin(). yields[v]
-  // is 1 if cloth vertex v belongs to such a cloth and touches a scripted surface. Both are empty
-  // if no limits are forced.
+  // of it that touch an obstacle exceed their limits by more than limit_margin(). yields[v] is 1 if
+  // cloth vertex v belongs to such a cloth and touches an obstacle. Both are empty if no limits are
+  // forced.
   std::vector<std::uint8_t> forced, yields;
   double energy = 0.0;  // of all contacts at the start, known after certification [J]
   Tangle tangle;        // intersections at the start
