@@ -22,6 +22,19 @@ StrainLimit exceeded() {
   return limit;
 }
 
+StrainLimit weft_limit() {
+  StrainLimit limit;
+  limit.weft = 0.1;
+  return limit;
+}
+
+Sheet isotropic_sheet() {
+  ClothMaterial material;
+  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
+  material.poisson = 0.0;
+  return make_sheet(material);
+}
+
 // Sheet stretched uniformly along weft.
 Points stretched(const TriangleMesh& mesh, double strain) {
   Points x = mesh.vertices();
@@ -101,13 +114,8 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
 TEST_CASE(
     "near its limit a strip enters three stiff phases in turn, and below these it is as soft as "
     "without a limit") {
-  ClothMaterial material;
-  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
-  material.poisson = 0.0;
-  Sheet s = make_sheet(material);
-  StrainLimit limit;
-  limit.weft = 0.1;
-  LimitPhase phase = phase_of(s, limit);
+  Sheet s = isotropic_sheet();
+  LimitPhase phase = phase_of(s, weft_limit());
   for (const double strain : {0.05, 0.089, 0.093, 0.1, 0.104, 0.12}) {
     const Points x = stretched(s.mesh, strain);
     s.membrane.set_phase(nullptr, nullptr);
@@ -125,13 +133,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a slow recovery adds viscosity far beyond a limit, but changes no stress at the start") {
-  ClothMaterial material;
-  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
-  material.poisson = 0.0;
-  Sheet s = make_sheet(material);
-  StrainLimit limit;
-  limit.weft = 0.1;
-  LimitPhase phase = phase_of(s, limit);
+  Sheet s = isotropic_sheet();
+  LimitPhase phase = phase_of(s, weft_limit());
   const auto tensions = [&](double strain, double recovery) {
     phase.enter({}, stretched(s.mesh, strain), 0, s.mesh.n_vertices(), nullptr, recovery);
     s.membrane.set_phase(phase.table(), phase.entered());
