@@ -1,7 +1,8 @@
-"""Random numbers, meshes and materials of random scenes."""
+"""Random numbers, directions and rotations."""
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 
 def between(random: np.random.Generator, low: float, high: float) -> float:
@@ -24,10 +25,4 @@ def quaternion(random: np.random.Generator) -> NDArray[np.float64]:
 def rotation(random: np.random.Generator) -> NDArray[np.float64]:
     """Returns a rotation matrix, uniformly distributed."""
     w, x, y, z = quaternion(random)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.asarray(Rotation.from_quat((x, y, z, w)).as_matrix())

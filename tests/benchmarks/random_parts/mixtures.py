@@ -71,7 +71,7 @@ def script(
 def cloth_options(
     random: np.random.Generator, mesh: ls.TriangleMesh, size: float
 ) -> tuple[dict[str, Any], list[str]]:
-    """Returns what a cloth has beside its mesh and material, and the words that describe it."""
+    """Returns the options of a cloth except its material, and the words that describe them."""
     n = len(mesh.vertices)
     pins = random.choice(n, size=int(random.choice([0, 0, 1, 2, 4])), replace=False).tolist()
     options: dict[str, Any] = {"pins": pins}
@@ -115,7 +115,7 @@ def add_cloths(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_obstacles(random: np.random.Generator, mixture: Mixture) -> None:
-    """Adds a floor, and a body below the cloths that stands or moves up and turns."""
+    """Adds a floor, and below the cloths an obstacle that stands, or that moves up and turns."""
     size, low = mixture.size, mixture.lowest()
     if random.random() < 0.6:
         mixture.obstacles.append(ls.floor(height=low - size * random.uniform(0.9, 1.4)))
