@@ -120,9 +120,9 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
 
 
 def _too_many(name: str, given: tuple[Any, ...], order: list[str], places: int) -> str:
-    """Returns a message about arguments without a keyword that a function does not take.
+    """Returns the message for a call with more positional arguments than the function takes.
 
-    order : all parameters; the first `places` of them may be given without a keyword
+    order : all parameters; the first `places` of them may be given by position
     """
     shown = repr(given[places])[:200]
     first = [key for key in order[:places] if key != "self"]
