@@ -79,7 +79,7 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
 @pytest.mark.parametrize("limit", [0.015, 0.05])
 def test_cloth_that_pins_tear_beyond_its_limits_is_not_thrown_away(limit: float) -> None:
     # The cloth weighs 1.6 g. Scripts stretch it by 0.3 m within 0.15 s, a heavy ball falls on it,
-    # and parts of steps become as short as 15 microseconds. Without viscosity beyond the limits, its
+    # and parts of steps become as short as 15 us. Without viscosity beyond the limits, its
     # kinetic energy rises to 49 J and more.
     sim = ls.Simulation(torn(limit), threads=1)
     while sim.time < 0.15:
