@@ -48,7 +48,7 @@ std::size_t bytes_of(const std::unique_ptr<T>& pointer) {
   return pointer ? sizeof(T) + bytes_of(*pointer) : 0;
 }
 
-// Returns the sum over several containers.
+// Returns the sum of bytes_of() over several containers.
 template <class First, class... Others>
   requires(sizeof...(Others) > 0)
 std::size_t bytes_of(const First& first, const Others&... others) {

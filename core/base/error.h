@@ -26,8 +26,9 @@ class SolverFailure : public Error {
   using Error::Error;
 };
 
-// A shorter step may succeed: no solution was found, the step is too long to be stable, or its
-// matrix is not finite and positive definite. In shorter steps, the mass dominates the matrix.
+// A step failed, but a shorter one may succeed. Causes: no solution was found, the step is too long
+// to be stable, or the matrix of the solve is not finite or not positive definite. In shorter
+// steps, the mass dominates this matrix.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;

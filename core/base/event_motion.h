@@ -1,5 +1,5 @@
-// State of cloth and rigid bodies within an asynchronous step. Impulses act on them at several
-// instants of the step.
+// State of cloth and rigid bodies within an asynchronous step, in which impulses act at several
+// instants.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ struct EventBody {
   RigidPose start;                                                // pose at the start of the step
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
   double mass = 0.0;                                              // [kg]
-  Mat3 inertia = Mat3::Zero();  // inertia about the centre, in body axes [kg m^2]
+  Mat3 inertia = Mat3::Zero();  // about the centre of mass, in body axes [kg m^2]
   int level = 0;                // level of the body's events, see EventMotion::Levels
 
   Mat3 world_inertia(const Vec4& orientation) const {
@@ -56,19 +56,20 @@ struct EventBody {
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
-  // (n x 3) Changes of velocity at the present events by loads, internal forces and, in a queue,
-  // limit impulses [m/s]. Rows of vertices without a present event are 0 or not used. At the start
-  // of an interval of nested steps, where half a kick acts, they are those of a whole kick.
+  // (n x 3) Changes of velocity that loads, internal forces and, in a queue of events, limit
+  // impulses cause at the present events [m/s]. Rows of vertices without a present event are 0 or
+  // not used. At the start of an interval of nested steps, only half a kick acts, but the rows
+  // contain whole kicks.
   const Points& kicks;
   // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
-  // the time from now to the next event, or 0 if an event is due now. Positions and poses are those
-  // at this event.
+  // the time from now to the next event, or 0 if an event is due now. The stored position of a
+  // vertex, or pose of a body, belongs to this event of its level.
   struct Levels {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
   };
-  // Times of a queue of events [s]: the times to which each vertex and each body has moved, and the
-  // present time `now`.
+  // Times in a queue of events [s]: for each vertex and each body, the time of its stored position
+  // or pose; and the present time `now`.
   struct Clocks {
     const Vector &of_vertex, &of_body;
     double now;

@@ -13,7 +13,8 @@ struct Lanes3 {
   Lanes x, y, z;
 };
 
-// Loads eight 3-vectors whose x, y and z components are stored n entries apart.
+// Loads eight 3-vectors. Their x components begin at p, their y components at p + n, and their z
+// components at p + 2 n.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> lanes3_load(const double* p, Index n) {
   return {lanes_load<Lanes>(p), lanes_load<Lanes>(p + n), lanes_load<Lanes>(p + 2 * n)};

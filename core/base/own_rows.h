@@ -1,5 +1,5 @@
-// Tables of a contiguous range of rows, which keep the numbers that the rows have in a whole table.
-// A rank stores its rows of the solve in them.
+// Tables that store a contiguous range of the rows of a whole table. Rows are addressed by their
+// indices in the whole table. A rank stores its rows of the solve in such tables.
 #pragma once
 
 #include <utility>
@@ -13,15 +13,15 @@ namespace loomstone {
 class OwnRows {
  public:
   OwnRows() = default;
-  explicit OwnRows(Points whole) : rows_(std::move(whole)) {}  // has all rows of a table
+  explicit OwnRows(Points whole) : rows_(std::move(whole)) {}  // takes all rows of a table
   // Sets the range of rows. The values are undefined if the range changes.
   void resize(Index begin, Index end) { begin_ = begin, rows_.resize(end - begin, 3); }
   Index begin() const { return begin_; }
   Index end() const { return begin_ + static_cast<Index>(rows_.rows()); }
   auto row(Index i) { return rows_.row(i - begin_); }
   auto row(Index i) const { return rows_.row(i - begin_); }
-  double* data() { return rows_.data(); }  // of row `begin`
-  // Returns a table of n rows that is zero outside of these rows.
+  double* data() { return rows_.data(); }  // pointer to row begin()
+  // Returns a whole table of n rows, with zeros outside [begin(), end()).
   Points whole(Index n) const {
     Points table = Points::Zero(n, 3);
     table.middleRows(begin_, rows_.rows()) = rows_;
@@ -34,7 +34,7 @@ class OwnRows {
   Points rows_;
 };
 
-// Refers to rows that a function writes: those of an OwnRows, or of a whole table.
+// Reference to the rows that a function writes, either in an OwnRows or in a whole table.
 class RowsOut {
  public:
   RowsOut(Points& table) : data_(table.data()) {}

@@ -22,7 +22,7 @@ InstructionSet of_processor() {
 }
 
 // Returns the widest instruction set that the environment variable LOOMSTONE_INSTRUCTIONS allows,
-// or nullopt if the value of the variable is unknown. If the variable is not set or empty, all sets
+// or nullopt if the value of the variable is unknown. If the variable is unset or empty, all sets
 // are allowed.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);

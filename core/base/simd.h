@@ -1,5 +1,5 @@
-// SIMD with eight doubles or floats. A kernel is a function template of the vector type Lanes. It
-// is inlined into up to three functions, each compiled for one instruction set.
+// SIMD with eight doubles or floats. A kernel is a function template whose parameter is the vector
+// type Lanes. It is inlined into up to three functions, each compiled for one instruction set.
 // LOOMSTONE_WIDEST(kernel)(arguments) calls the function for `instruction_set`. All variants give
 // bitwise identical results, because the compiler neither fuses nor reorders operations.
 #pragma once
@@ -40,7 +40,8 @@ void check_instruction_set();
 #define LOOMSTONE_SEVERAL_SETS 1
 #endif
 
-// Calls a kernel with (Lanes{}, arguments...), compiled for `instruction_set`.
+// Calls the variant of a kernel that is compiled for `instruction_set`, with (Lanes{},
+// arguments...).
 template <class Kernel>
 class Widest {
  public:

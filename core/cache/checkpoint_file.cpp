@@ -95,8 +95,9 @@ class Descriptor {
   int descriptor_;
 };
 
-// Encodes a name as a valid dataset name: "/" separates groups in HDF5, "." denotes the current
-// group, and "%" begins the codes. Throws InvalidInput if the name is empty.
+// Returns `name` as a valid dataset name, in which codes that begin with "%" replace "%", "/" and
+// ".". In HDF5, "/" separates groups and "." denotes the current group. Throws InvalidInput if
+// `name` is empty.
 std::string encoded(const std::string& name) {
   if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");
   std::string text;

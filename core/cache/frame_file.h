@@ -16,12 +16,12 @@ namespace loomstone {
 class FrameWriter {
  public:
   // Creates the files under temporary names and then renames them. `metadata` is any text, such as
-  // JSON, that is stored with the frames. `compression` (0 to 9, deflate) makes files smaller and
-  // writing slower.
+  // JSON, that is stored with the frames. `compression` is the deflate level, from 0 (none) to 9
+  // (smallest files, slowest writing).
   FrameWriter(const std::string& directory, const FrameTopology& topology,
               const std::string& metadata, int compression = 0);
-  // Continues a run. Copies its complete frames with times up to `after_time` (included) [s] to new
-  // files, which then replace the old ones.
+  // Continues a run. Copies its complete frames with times up to and including `after_time` [s] to
+  // new files, which then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;

@@ -1,5 +1,5 @@
 // Contents of the frame files in addition to the VTKHDF layout: the group /loomstone, which
-// describes the file and contains, among others, metadata, reports, coil currents and looks.
+// describes the file and contains metadata, reports, coil currents, looks and other data.
 #pragma once
 
 #include <cstddef>

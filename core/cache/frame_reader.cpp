@@ -107,8 +107,8 @@ struct FrameReader::Data {
     if (topology.body_is_floor.size() != topology.body_names.size())
       fail<CacheError>("{}: the file is damaged: is_floor has the wrong length.",
                        bodies_file->name());
-    // If the writer was killed, the two files may have different numbers of frames. The frames that
-    // both have must have the same times, as in files of one run.
+    // If the writer was killed, the two files may have different numbers of frames. In files of one
+    // run, the times of all common frames are equal.
     times.resize(std::min(times.size(), bodies->times().size()));
     if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
       fail<CacheError>("{}: belongs to another run than {}; keep the two files of a run together.",

@@ -180,9 +180,9 @@ struct FrameWriter::Data {
     run.file().flush();
   }
 
-  // Renames the bodies file first. If the process is killed before it renames the run file, no two
-  // files of different runs remain. The old run file has already been removed. If a run is
-  // continued, it remains, and its frames are the first frames of the bodies file.
+  // Renames the bodies file first. If the process is killed before it renames the run file, the
+  // directory does not contain files of different runs: the old run file has already been removed
+  // or, if its run is continued, begins with the frames of the new bodies file.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;
@@ -250,8 +250,8 @@ FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topo
   data_->publish(false);
 }
 
-// Copies the frames instead of appending to the old files, because the free space in a file whose
-// writer was killed cannot be trusted. The old files remain until the new ones are complete.
+// Copies the frames instead of appending to the old files, because the record of free space in a
+// file may be wrong if its writer was killed. The old files remain until the new ones are complete.
 FrameWriter FrameWriter::reopen(const std::string& directory, double after_time) {
   const FrameReader old(directory);
   FrameWriter writer;

@@ -1,4 +1,4 @@
-// HDF5 files and groups.
+// Functions of Hdf5File for files and groups.
 #include "core/cache/hdf5_file.h"
 
 #include <cerrno>

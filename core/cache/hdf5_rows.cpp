@@ -9,7 +9,7 @@ using namespace hdf5;
 
 namespace {
 
-// Returns a new type identifier, which the caller must close.
+// Returns a new HDF5 type for the numbers or structs of rows in memory. The caller must close it.
 hid_t memory_type(const RowFormat& format) {
   if (format.columns.empty()) return H5Tcopy(native(format.type));
   const hid_t type = H5Tcreate(H5T_COMPOUND, format.bytes);

@@ -97,8 +97,9 @@ class PolyDataReader {
   std::int64_t n_vertices() const { return n_vertices_; }
   const Triangles& triangles() const { return triangles_; }  // vertex of each corner
   const std::vector<double>& times() const { return times_; }
-  // Read a constant field, for example "CellData/cloth". A field of indices may have more than
-  // `n_rows` rows; the first `n_rows` are returned. A field of numbers must have `n_rows` rows.
+  // Both functions read a constant field, for example "CellData/cloth". A field of indices may have
+  // more than `n_rows` rows; the first `n_rows` are returned. A field of numbers must have `n_rows`
+  // rows.
   std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;

@@ -17,8 +17,8 @@ class BinnedSum {
   // Adds all numbers of another sum.
   void add(const BinnedSum& other);
   // Returns the sum. For n numbers of magnitude up to m, the error is at most n m 2^-95 plus one
-  // rounding. The result is NaN if a number is NaN or if infinities have different signs. A sum of
-  // finite numbers beyond the range of double is infinite.
+  // rounding. The result is NaN if a number is NaN or if infinities have different signs. It is
+  // infinite if the sum of finite numbers is beyond the range of double.
   double value() const;
 
  private:
@@ -52,7 +52,7 @@ inline void BinnedSum::add(double number) {
   }
   if (exponent > 0) mantissa |= std::uint64_t{1} << 52;
   if (mantissa == 0) return;
-  // The number is mantissa 2^(place - 1074). Its parts belong to the bins low, low + 1 and low + 2.
+  // The number is mantissa 2^(place - 1074). Its parts belong to bin positions low to low + 2.
   const int place = exponent > 0 ? exponent - 1 : 0;
   const int low = place / bits_per_bin, shift = place % bits_per_bin;
   const std::uint64_t first = (mantissa & 0xffffffffu) << shift,

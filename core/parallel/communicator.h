@@ -1,6 +1,6 @@
 // Communication between the ranks of one simulation. A single rank needs no MPI. Several ranks use
-// a plug-in that is loaded on demand. All communication is collective, except abort() and the
-// messages of a Mailbox.
+// the MPI plug-in, which is loaded on demand. All communication is collective, except abort() and
+// the messages of a Mailbox.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace loomstone {
 struct Traffic {
   double waiting = 0.0;         // time spent waiting for other ranks [s]
   std::int64_t bytes = 0;       // data that this rank sent or contributed [bytes]
-  std::int64_t operations = 0;  // collective operations and halo exchanges, without open_mailbox()
+  std::int64_t operations = 0;  // collective operations and halo exchanges, except open_mailbox()
 };
 
 class Communicator {
@@ -76,8 +76,8 @@ class Communicator {
   }
   // Lets all ranks agree on a failure. The agreement uses a separate channel, because other ranks
   // may be waiting in another call. All ranks receive the kind (0: no failure) and text of the
-  // lowest rank that failed. If the others do not call agree() within ten seconds, a failed rank
-  // aborts all ranks. On a single rank, both arguments are left unchanged.
+  // lowest rank that failed. If the other ranks do not call agree() within ten seconds, a failed
+  // rank aborts all ranks. On a single rank, both arguments are left unchanged.
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
@@ -97,9 +97,10 @@ std::shared_ptr<const Communicator> single_communicator();
 
 // Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
 // comm.py2f(). -1 denotes MPI_COMM_WORLD; MPI is then initialised if necessary. Throws Unsupported
-// with advice if the plug-in cannot be loaded, and InvalidInput if it makes no communicator or if
-// the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is set and not 0, a
-// rank that waits for the others longer than that ends all ranks (mpi_watch.h).
+// with advice if the plug-in cannot be loaded, and InvalidInput if the plug-in makes no
+// communicator or if the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is
+// set and not 0, a rank that waits for the other ranks longer than this time ends all ranks
+// (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // Returns true if an MPI launcher started this process with more than one rank, according to the

@@ -17,7 +17,7 @@ class Mailbox {
   virtual void send(int to, const void* data, std::size_t bytes) = 0;
   // If a message has arrived, copies it to `message` and returns true.
   virtual bool receive(std::vector<std::byte>& message) = 0;
-  // The caller marks the start and the end of each period in which this rank waits for messages.
+  // Must be called at the start and the end of each period in which this rank waits for messages.
   virtual void begin_wait() {}
   virtual void end_wait() {}
 };

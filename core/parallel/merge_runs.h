@@ -45,7 +45,7 @@ std::vector<std::size_t> ascending_runs(const std::vector<Element>& elements) {
   return starts;
 }
 
-// An element, and a number that determines its place among others.
+// An element, and a number that determines its place among other elements.
 template <class Element>
 struct Placed {
   std::uint64_t place;
@@ -63,8 +63,8 @@ std::vector<Element> copies(const std::vector<Placed<Element>>& order) {
   return copied;
 }
 
-// Returns the elements of all ranks in ascending order of `place_of(element)`. Those of each rank
-// must be sorted.
+// Returns the elements of all ranks in ascending order of `place_of(element)`. The elements of
+// each rank must already be in this order.
 template <class Element, class PlaceOf>
 std::vector<Element> merged(Gathered<Element> all, PlaceOf place_of) {
   if (all.start.size() <= 2) return std::move(all.elements);

@@ -55,7 +55,7 @@ int integer_of(const char* variable) {
 
 int launched_ranks() {
   // Open MPI sets the first of these variables, MPICH and Intel MPI the second, and srun the third.
-  // A batch script that does not use srun lacks the third one.
+  // In a batch script, outside srun, the third one is not set.
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
     if (const int n = integer_of(variable); n > 0) return n;
   return 1;

@@ -25,8 +25,8 @@ namespace {
 
 constexpr int exchange_tag = 4711;
 constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for the others
-// Largest size of a message [bytes], because MPI counts are ints. Broadcasts, gathers and exchanges
-// send larger data in parts.
+// Largest size of a message [bytes]. It is limited because MPI counts are ints. Broadcasts, gathers
+// and exchanges send larger data in parts.
 constexpr std::size_t largest_message = std::size_t{1} << 30;
 
 void wait_for(MPI_Request& request) {

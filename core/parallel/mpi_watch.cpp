@@ -142,8 +142,8 @@ class MpiWatch::Thread {
     }
   }
 
-  // Asks all ranks what they do and collects their answers. Aborts them if this rank is then still
-  // in the same wait.
+  // Asks all ranks what they do and collects their answers. Aborts all ranks if this rank is then
+  // still in the same wait.
   void call_roll() {
     const std::int64_t since = changed_;
     const auto same_wait = [&] { return waiting_ && changed_ == since; };
@@ -241,10 +241,10 @@ class MpiWatch::Thread {
   const Seconds timeout_, patience_;
   MPI_Comm comm_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1, key_ = MPI_KEYVAL_INVALID, call_ = 0;
-  std::vector<char> hosts_;  // names of the hosts of all ranks, with a terminating zero each
+  std::vector<char> hosts_;  // host names, host_length bytes per rank, zero-terminated
   std::list<Sent> sent_;
   std::atomic<bool> waiting_{false};
-  std::atomic<std::int64_t> changed_;  // when the last wait began or ended
+  std::atomic<std::int64_t> changed_;  // start or end of the last wait [ticks of Clock]
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopped_ = false;

@@ -24,8 +24,8 @@ struct Rest {
   enum class Kind { None, Yield, Sleep } kind = Kind::None;
   WaitTime length{0.0};  // length of the sleep; 0 for the other kinds
 };
-// Returns what to do in a wait that has lasted for `waited`. `shared` tells whether there are more
-// ranks than processors.
+// Returns what to do in a wait that has lasted for `waited`, if threads poll for the time `polling`
+// before they sleep. `shared` tells whether there are more ranks than processors.
 Rest rest_after(WaitTime waited, WaitTime polling, bool shared);
 
 // Lets waiting threads yield before they sleep. Must be called if there are more ranks than

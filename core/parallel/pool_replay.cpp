@@ -20,7 +20,7 @@ constexpr double never = std::numeric_limits<double>::infinity();
 // Size of the header of a message [bytes].
 constexpr double header_bytes = 32.0;
 
-// Returns the time [s] of an exchange in which each rank receives `bytes`. The number of rounds
+// Returns the duration [s] of an exchange in which each rank receives `bytes`. The number of rounds
 // grows with the logarithm of the number of ranks.
 double exchange_seconds(int n_ranks, double bytes, const Network& network) {
   if (n_ranks == 1) return 0.0;
@@ -216,7 +216,7 @@ class Simulated {
 
   double answer(int rank, int to, double time) {
     Rank& own = ranks_[rank];
-    const std::size_t kept = own.stack.empty() ? 1 : 0;  // keeps its own next task
+    const std::size_t kept = own.stack.empty() ? 1 : 0;  // the rank keeps its own next task
     if (own.pool.size() <= kept) {
       ++report_.refusals;
       return send(to, {0.0, PoolMessage::Refusal, rank}, time);
@@ -257,7 +257,7 @@ class Simulated {
     return time;
   }
 
-  // Returns the time at which the sender is free again.
+  // Sends a message. Returns the time at which the sender is free again.
   double send(int to, Message message, double time) {
     time += network_.overhead;
     const double bytes =

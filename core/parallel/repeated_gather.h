@@ -16,7 +16,7 @@ namespace loomstone {
 
 // Room of each rank in the next exchange. Every kind of element needs its own GatherRoom.
 struct GatherRoom {
-  std::vector<std::size_t> elements;  // (ranks)
+  std::vector<std::size_t> elements;  // (ranks) number of elements
   std::vector<std::byte> buffer;      // scratch
 };
 
@@ -136,9 +136,9 @@ class GatherOnce {
 
 }  // namespace detail
 
-// Collective. `work(note)` returns the elements of this rank and sets its note. Elements and notes
-// are copied byte by byte. If the work fails on some ranks, all ranks throw the error of the lowest
-// of these ranks.
+// Collective. Returns the elements and notes of all ranks. `work(note)` returns the elements of
+// this rank and sets its note. Elements and notes are copied byte by byte. If the work fails on
+// some ranks, all ranks throw the error of the lowest of these ranks.
 template <class Element, class Note, class Work>
 NotedGather<Element, Note> gather_again(const Communicator& ranks, GatherRoom& room, Work&& work) {
   if (ranks.size() > 1) return detail::GatherOnce<Element, Note>(ranks, room).run(work);

@@ -2,7 +2,7 @@
 // computes only the contiguous range of rows that it owns, and stores only the matrix rows of this
 // range and its elements (mesh_part.h). In asynchronous steps, every rank computes all rows. Rows
 // of other ranks are refreshed by exchanging halos (few rows) or by gathering (all rows). Unlike in
-// the common layout of owned rows followed by ghosts, row numbers are the same on all ranks.
+// the common layout of owned rows followed by ghost rows, row numbers are the same on all ranks.
 // Collision handling needs every position on every rank, so vectors must have full length anyway.
 #pragma once
 

@@ -42,7 +42,7 @@ std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const Se
   return cuts;
 }
 
-// Replaces cuts by the present ones if the cost between the two is at most `tolerance` times the
+// Replaces each cut by the present one if the cost between the two is at most `tolerance` times the
 // mean cost of a range.
 void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
                 double tolerance, std::vector<std::size_t>& cuts) {

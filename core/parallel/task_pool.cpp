@@ -25,8 +25,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Number of tests between two readings of the clock; several, so that the readings take little of
-// the time.
+// Number of tests between two readings of the clock. It is greater than 1, so that the readings
+// take little time.
 constexpr std::int64_t tests_per_look = 4;
 
 // First bytes of every message. In a message of the kind Task, the tests of the task follow.

@@ -18,8 +18,8 @@
 
 namespace loomstone {
 
-// Kinds of messages between the ranks of a pool. Request: asks for a task. Refusal and Task: its
-// answers. Wave, Counts and End: detection of termination (termination.h).
+// Kinds of messages between the ranks of a pool. Request: asks for a task. Refusal and Task:
+// answers to a request. Wave, Counts and End: detection of termination (termination.h).
 enum class PoolMessage : std::int32_t { Request, Refusal, Task, Wave, Counts, End };
 
 struct NodeTest {

@@ -23,17 +23,17 @@ struct Team {
   double* busy = nullptr;  // (threads) time that each thread spends in loops [s]; may be null
 };
 
-// Largest number of threads. libgomp aborts if it cannot start all requested threads.
+// Largest number of threads that may be requested. libgomp aborts if it cannot start all of them.
 inline constexpr int most_threads = 1024;
 
 // Returns the number of processors available to this process.
 int available_processors();
 
 // Returns the number of threads in the environment variable OMP_NUM_THREADS (of a list, its first
-// number), or 0 if it contains none in [1, most_threads].
+// number), or 0 if the variable is unset, invalid or outside [1, most_threads].
 int threads_in_environment();
 
-// Returns threads_in_environment() or, without it, available_processors().
+// Returns threads_in_environment() or, if it is 0, available_processors().
 int default_thread_count();
 
 // Returns the number of the calling thread in its parallel loop, 0 to threads - 1.

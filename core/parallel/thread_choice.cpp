@@ -8,13 +8,14 @@ namespace loomstone {
 namespace {
 
 // Thresholds for the fraction of time during which the calling thread runs, which is close to 1 on
-// idle processors. Below `disturbed`, other programs probably interfere, and one thread is used. If
-// the fraction then reaches `undisturbed`, all threads are tried again, but not before a minimum
-// time.
+// otherwise idle processors. Below `disturbed`, other programs probably interfere, and one thread
+// is used. If the fraction then reaches `undisturbed`, all threads are tried again, but not before
+// a minimum time.
 constexpr double disturbed = 0.8, undisturbed = 0.95;
 constexpr double least_window = 10e-3;  // length of the shortest reliable measurement [s]
-// Limits of the minimum time on one thread before all threads are tried again [s]. It doubles with
-// every failed trial, because a trial can take several times as long as a step on one thread.
+// Limits of the minimum time on one thread before all threads are tried again [s]. This time
+// doubles with every failed trial, because a trial can take several times as long as a step on one
+// thread.
 constexpr double shortest_stay = 0.1, longest_stay = 10.0;
 
 double running_time() {

@@ -8,8 +8,9 @@
 
 namespace loomstone {
 
-// Chooses between one thread and all of them, according to the fraction of time during which the
-// calling thread has run. In the rest of the time, other programs have probably run in its place.
+// Chooses between one thread and all threads, according to the fraction of time during which the
+// calling thread has run. During the rest of the time, other programs have probably run in its
+// place.
 class ThreadChoice {
  public:
   // `most` is the number of all threads. If `fixed` is set, all threads are always used.

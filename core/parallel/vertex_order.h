@@ -15,9 +15,9 @@ struct Graph {
   std::vector<Index> adjacent;
 };
 
-// Returns a permutation: entry i is the old index of the i-th vertex. METIS bisects recursively
-// until each part has at most `rows_per_block` vertices, and each part is ordered breadth-first.
-// The result is deterministic and independent of threads and ranks.
+// Returns a permutation: entry i is the old index of the vertex with new index i. METIS bisects
+// recursively until each part has at most `rows_per_block` vertices, and each part is ordered
+// breadth-first. The result is deterministic and independent of threads and ranks.
 std::vector<Index> bisection_order(const Graph& graph);
 
 }  // namespace loomstone
