@@ -33,8 +33,8 @@ struct Air {
 };
 
 // Returns the velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind
-// times (1 + gust * s), where s is the sum of three slow travelling waves. The waves are our own
-// choice; they are not taken from the literature.
+// times (1 + gust * w), where w, between -1 and 1, is the sum of three travelling sine waves. The
+// waves are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.
@@ -46,8 +46,8 @@ struct DraggedSurface {
   const Points& v;  // (n x 3) velocities [m/s]
 };
 
-// Adds one third of the drag of each incident triangle to rows [begin, end) of `force` [N]. The
-// drag of a triangle is
+// Adds drag [N] to rows [begin, end) of `force`: to the row of a vertex, one third of the drag of
+// each triangle at this vertex. The drag of a triangle is
 //   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t),
 // where A is the current area, n the unit normal, u the velocity of the air relative to the mean
 // velocity of the triangle, and u_t the part of u tangential to the triangle.

@@ -17,7 +17,7 @@
 namespace loomstone {
 
 struct ClothModel {
-  // Bending of a cloth.
+  // Parameters of the bending of one cloth.
   struct BendingPart {
     BendingElement element = BendingElement::MidEdge;
     Index cloth = 0;
@@ -27,21 +27,21 @@ struct ClothModel {
   };
 
   Index n_vertices = 0;
-  // (cloths + 1) First vertex and first triangle of each cloth.
+  // (cloths + 1) First vertex and first triangle of each cloth, followed by the total numbers.
   std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
   RestShapes corners;                        // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;  // (cloths)
   std::vector<StrainLimit> strain_limits;
-  // (m) Index into strain_limits; -1: unlimited. It may be empty if there are no strain limits.
+  // (m) Index into strain_limits; -1: unlimited. May be empty if there are no strain limits.
   std::vector<Index> strain_limit_of;
   bool limited_by_edges = false;  // true: the limits of all cloths apply to edges, not to triangles
   std::vector<BendingPart> bending;
-  // (n x 3) Initial positions, see BendingSetup [m]; empty: no bending.
+  // (n x 3) Initial positions [m] (see BendingSetup); empty: no bending.
   RestPositions rest_positions;
   Vector mass;                           // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
-  Incidence triangles_of_vertex;         // (n) empty: the air exerts no drag
+  Incidence triangles_of_vertex;         // (n) empty: air exerts no drag
 
   const MembraneConstants& constants_of(Index triangle) const {
     return constants[cloth_of(triangle)];
@@ -50,7 +50,7 @@ struct ClothModel {
     const auto next = std::upper_bound(first_triangle.begin(), first_triangle.end(), triangle);
     return static_cast<Index>(next - first_triangle.begin()) - 1;
   }
-  // Input of the bending elements of a cloth. Vertex indices refer to the vertices of all cloths.
+  // Returns the setup of the bending elements of a cloth. Vertex indices are those of all cloths.
   BendingSetup setup_of(const BendingPart& part) const;
 
   std::size_t bytes() const {
@@ -64,10 +64,11 @@ struct ClothModel {
 Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 
-// Returns the rate at which strains beyond their limits may recover [1/s]: the one at which elastic
-// forces of the softest cloth alone would bring them back. Scripts may stretch triangles far beyond
-// their limits. If these came back within a part of a step, however short it is, the solve would
-// throw their vertices away.
+// Returns the rate at which strains beyond their limits may recover [1/s]. It is the smallest
+// sqrt(k / (2 m)) of all cloths, with the smaller of the moduli a11 and a22 as k and the mean mass
+// of a triangle as m: about the rate at which elastic forces alone would pull a triangle back.
+// Scripts may stretch triangles far beyond their limits. If such a triangle recovered within one
+// short part of a step, its vertices would get very large velocities.
 double recovery_rate(const ClothModel& cloth);
 
 }  // namespace loomstone

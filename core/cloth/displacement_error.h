@@ -71,7 +71,8 @@ class DisplacementError {
     double height = 0.0;                          // 1/2 M g L as in dissipation() [J]
   };
 
-  // The displacement is (end - start) * time, or end * time if start is null.
+  // Returns the error of a step of length h [s] with the displacement (end - start) * time, or
+  // end * time if start is null.
   StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;
@@ -81,15 +82,15 @@ class DisplacementError {
   void gather(const Team& team, OfBlock&& of_block);
   // Returns the sums of the cloth that begins at `block`, and moves `block` to the next cloth.
   Sums total(std::size_t& block) const;
-  // Returns the kinetic energy in the moving frame [J] if u are velocities. If u are displacements
-  // over a time, the result is to be divided by the square of this time.
+  // Returns the kinetic energy in the moving frame [J] if the sums are over velocities. If they are
+  // over displacements in a time t [s], the result is this energy times t^2.
   double kinetic(const Sums& sums, const Scales& scales) const;
 
   const ClothModel& cloth_;
   const Membrane& membrane_;
   const RowLayout& layout_;
   std::vector<Block> blocks_;
-  std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
+  std::vector<std::size_t> offsets_;  // (ranks + 1) start of each rank's part of sums_ [byte]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
   KnownPositions end_;  // `end` of the last call of over(), unless at() was called after it

@@ -289,7 +289,7 @@ double Elasticity::bending_energy(const Team& team, const Points& x) {
   know_energies_at(x);
   if (energies_.bending.empty()) energies_.bending = bending_sums(team, x);
   double energy = 0.0;
-  auto sum = energies_.bending.begin();  // of the next part
+  auto sum = energies_.bending.begin();  // first sum of the next part
   for (const BendingElements& of_part : bending_) {
     std::vector<double> sums(sum, sum + n_sums(of_part));
     sum += n_sums(of_part);

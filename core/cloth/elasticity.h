@@ -1,5 +1,5 @@
-// Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
-// a layout of several ranks, each rank stores the rows of the matrix that it owns, all hinge
+// Elastic forces, stiffness matrix and energy of all cloths, due to membrane and bending. With a
+// layout of several ranks, each rank stores the rows of the matrix that it owns, all hinge
 // elements, and the membrane and mid-edge elements that act on these rows or whose energies it
 // sums.
 #pragma once
@@ -52,11 +52,12 @@ class Elasticity {
   // A product that assemble() computes with the new matrix. `w` must be up to date in all rows that
   // the matrix couples to [begin, end).
   struct Product {
-    const Points* w;  // one row per vertex or more; null: no product
+    const Points* w;  // at least one row per vertex; null: no product
     OwnRows* y;       // y = (matrix - M) w on rows [begin, end), the rows of y
   };
-  // Sets rows [begin, end) of the matrix to M + s K + t D, where s and t are the factors `elastic`
-  // and `viscous` of terms.scales. Also computes `product`.
+  // Sets rows [begin, end) of the matrix to M + s K + t D with the mass M, the stiffness K and the
+  // damping matrix D, where s and t are the factors `elastic` and `viscous` of terms.scales.
+  // Explicit bending has no part in K and D. Also computes `product`.
   void assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                 Product product = {});
 
@@ -82,7 +83,7 @@ class Elasticity {
                               const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
   bool in_limit_phase() const { return in_limit_phase_; }
-  // Returns a guard like that of limit_phase(), for the phases that its last call determined.
+  // Returns a guard for the phases that the last call of limit_phase() determined.
   LimitPhaseScope last_limit_phase();
 
   // Adds a strain-limiting potential to the energy and the forces, but not to the matrix (see
@@ -93,7 +94,7 @@ class Elasticity {
   double membrane_energy(const Team& team, const Points& x);
   double bending_energy(const Team& team, const Points& x);
   const Membrane& membrane() const { return membrane_; }
-  // Returns an object for the rows that the elements of this rank read, which knows no positions.
+  // Returns a KnownPositions without positions, for the rows that the elements of this rank read.
   const KnownPositions& unknown_positions() const { return unknown_; }
   // Returns whether this rank stores only a part of the elements.
   bool divided() const { return layout_ != nullptr; }
@@ -101,7 +102,7 @@ class Elasticity {
   std::unique_ptr<Elasticity> whole() const {
     return std::make_unique<Elasticity>(model_, treatment_);
   }
-  // Computes the strain of all triangles, see Membrane::strain(). Not collective.
+  // Computes the strain of all triangles (see Membrane::strain()). Not collective.
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
   // Computes the strain of the triangles of this rank, or of all triangles if this rank stores all.
   void strain_of_rank(const Team& team, const Points& x, Points& green, Vector& stretch);
@@ -130,15 +131,15 @@ class Elasticity {
     KnownPositions at;
     KnownForce membrane, bending;
   };
-  // Sums over blocks of triangles [J]; empty: not known. If elements are divided, a rank reuses
-  // only its own sums, because other ranks may have seen other rows change. For bending, the sums
-  // of all parts follow one another.
+  // Energies of blocks of triangles [J]; empty: not known. If elements are divided, a rank reuses
+  // only its own sums, because rows that only other ranks read may have changed. For bending, the
+  // sums of the cloths follow one another.
   struct KnownEnergies {
     KnownPositions at;
     std::vector<double> membrane, bending;
   };
-  // Adds the forces that add() computes to `force`. Reuses the forces in `known`, which is a part
-  // of known_, if they belong to the same rows and positions.
+  // Adds to `force` the forces that add() computes. Uses the forces in `known`, a member of known_,
+  // instead of calling add() if they belong to the same rows and positions.
   template <class Add>
   void add_known(const Team& team, const Points& x, Range rows, KnownForce& known, Add&& add,
                  RowsOut force);
@@ -150,8 +151,8 @@ class Elasticity {
   std::vector<Index> other_rows_read(Range rows) const;
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, RowsOut force);
-  // Return the sums over blocks of the triangles of this rank, and 0 in all other blocks. If
-  // elements are not divided, they return one sum.
+  // The next two functions return the energies of the blocks of triangles of this rank [J], and 0
+  // for all other blocks. Where elements are not divided, they return the total energy only.
   std::vector<double> membrane_sums(const Team& team, const Points& x);
   std::vector<double> bending_sums(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);
@@ -162,7 +163,7 @@ class Elasticity {
     std::vector<Index> first;  // result of first_triangles(); empty: all elements are stored
     IndexRange triangles;      // triangles of `element` whose energies this rank sums
   };
-  // Returns the number of sums that bending_sums() has for a part.
+  // Returns the number of sums that bending_sums() returns for the bending of one cloth.
   static Index n_sums(const BendingElements& of_part) {
     const std::vector<Index>& first = of_part.first;
     return first.empty() ? 1 : (first.back() + rows_per_block - 1) / rows_per_block;
@@ -180,7 +181,7 @@ class Elasticity {
   BlockMatrix matrix_;
   Points zero_velocity_;  // zeros, allocated at first use
   bool damped_bending_ = false;
-  KnownPositions unknown_;  // has the rows that the elements of this rank read
+  KnownPositions unknown_;  // for the rows that the elements of this rank read
   // Membrane values are not reused while the membrane includes stiff phases. Forces are not reused
   // if they include viscous forces.
   KnownForces known_;

@@ -19,7 +19,8 @@ class KnownPositions {
   KnownPositions(IndexRange rows, std::vector<Index> others)
       : rows_(rows), others_(std::move(others)) {}
 
-  // Returns whether set() was called for positions with the same bits in the rows that are read.
+  // Returns whether the rows that the elements read have the same bits in x as in the last call of
+  // set(). Returns false if set() was not called, or not since forget().
   bool at(const Points& x) const {
     if (!known_) return false;
     const Index n = rows_.end - rows_.begin;

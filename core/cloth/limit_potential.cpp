@@ -40,8 +40,9 @@ LimitModes element_modes(const StrainLimit& limit, const MembraneConstants& m,
   limit_extension(bounded(limit.warp, bound), modes[1]);
   limit_compression(limit.weft_min, modes[0]);
   limit_compression(limit.warp_min, modes[1]);
-  // The limit is for the shear of the strain U - I. If a square is sheared at constant side length,
-  // the Green strain E12 equals this shear except for terms of third order.
+  // The limit applies to the shear component of the co-rotational strain U - I. If a square is
+  // sheared at constant side length, the Green strain E12 equals this component except for terms of
+  // third order.
   modes[2].high = bounded(limit.shear, bound);
   modes[2].low = limit.shear_min.value_or(-modes[2].high);
   modes[2].far_high = third_strain * modes[2].high;

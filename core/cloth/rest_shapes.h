@@ -1,5 +1,6 @@
-// Rest coordinates of the corners of triangles, and rest positions of vertices. They are stored, or
-// computed from the meshes of a scene whenever they are needed, which saves 60 bytes per triangle.
+// Rest coordinates of the corners of triangles, and rest positions of vertices. They are either
+// stored or computed from the meshes of a scene whenever they are needed. Computing them instead of
+// storing them saves 60 bytes per triangle.
 #pragma once
 
 #include <functional>

@@ -33,7 +33,7 @@ struct BendingSetup {
   std::vector<std::uint8_t>
       prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
   bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
-  std::vector<double> rest_angles;  // [rad] ordered as hinges(); empty: see flat_rest
+  std::vector<double> rest_angles;  // [rad] in the order of hinges(); empty: see flat_rest
   // True: the mid-edge element replaces its Gauss-Newton matrix by a lumped matrix with a third as
   // many blocks. The Gauss-Newton matrix is U^T Q U, where row e of U is the gradient of the angle
   // of hinge e, and Q couples pairs of hinges. The lumped matrix is U^T diag(q) U with q_e = 1/2
@@ -58,8 +58,8 @@ struct BendingSetup {
   bool acts_on(Index triangle) const { return acts.empty() || acts[triangle]; }
 };
 
-// The bending elements of a set of cloths, all of one kind. An object contains scratch memory, so
-// calls to the same object must not overlap.
+// The bending elements of one BendingSetup, all of the same kind. An object contains scratch
+// memory, so calls to the same object must not overlap in time.
 class Bending {
  public:
   virtual ~Bending() = default;
@@ -70,8 +70,9 @@ class Bending {
 
   virtual double energy(const Team& team, const Points& x) const = 0;
   // Sets sums[i] to the energy of the triangles 128 i to 128 i + 127, counted from the beginning of
-  // `triangles` [J]. For all triangles, the sums add up to energy(). The sums must be 0 before the
-  // call, because without hinges none is set. Requires sums_by_triangle().
+  // `triangles` [J]. If these are all triangles, the sums add up to energy(). The sums must be 0
+  // before the call, because none is set if there are no hinges. Call this function only if
+  // sums_by_triangle() returns true.
   virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
                             double* sums) const = 0;
   virtual bool sums_by_triangle() const = 0;
@@ -80,8 +81,8 @@ class Bending {
   // identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, RowsOut force) const = 0;
-  // Adds the stiffness K and the damping matrix D to rows [begin, end) of `matrix`. `scales`
-  // contains their factors. K has the Gauss-Newton or the lumped form, both of which are positive
+  // Adds the stiffness K and the damping matrix D, multiplied by their factors in `scales`, to rows
+  // [begin, end) of `matrix`. K has the Gauss-Newton or the lumped form, both of which are positive
   // semi-definite. The pattern of `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
@@ -91,12 +92,12 @@ class Bending {
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K at the rest positions, by power iteration [1/s^2]. M is the
-  // mass matrix, and K is the bending stiffness. Undamped steps of symplectic Euler are stable
-  // below the length 2 / sqrt(lambda). Requires BendingSetup::keeps_rest.
+  // mass matrix, and K is the bending stiffness. Without damping, symplectic Euler is stable if
+  // its steps are shorter than 2 / sqrt(lambda) [s]. Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
-  // Number of edges whose slope is the unweighted mean of the slopes of their two triangles,
-  // because a weight would exceed 1 in magnitude. Always 0 for the hinge element.
+  // Number of edges whose slope is the plain mean of the slopes of their two triangles, because a
+  // weight (see midedge_setup.h) would exceed 1 in magnitude. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;

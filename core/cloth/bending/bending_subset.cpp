@@ -44,8 +44,8 @@ void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles) {
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part) {
   const Index n = static_cast<Index>(whole.rest_positions.rows());
   const EdgeTable edges = edge_table(n, whole.triangles);
-  // A hinge has a vertex in the rows of the part if one of its two triangles touches them. A
-  // triangle acts on this hinge if the hinge is an edge of the triangle or of one of its
+  // A hinge has a vertex in the rows of the part only if one of its two triangles touches these
+  // rows. A triangle acts on a hinge only if the hinge is an edge of the triangle or of one of its
   // neighbours.
   std::vector<Index> acting;
   for (Index t = 0; t < whole.triangles.rows(); ++t)
@@ -59,7 +59,7 @@ BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part) {
   setup.rest_positions = whole.rest_positions;
   setup.prescribed = whole.prescribed;
   setup.forces_only = false;
-  // The setup lists its triangles in the order of the mesh.
+  // `kept` is the list of the triangles of the setup, made as in bending_subset().
   std::vector<Index> kept = acting;
   add_neighbours(edges, kept);
   add_neighbours(edges, kept);

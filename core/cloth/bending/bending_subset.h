@@ -1,6 +1,6 @@
 // Bending of a subset of the triangles of a mesh. Integrators that give triangles steps of
 // different lengths evaluate each subset separately, with a vertex numbering of its own. A rank
-// stores only the mid-edge elements for its part of the mesh (mesh_part.h).
+// stores mid-edge elements only for its part of the mesh (mesh_part.h).
 #pragma once
 
 #include <vector>
@@ -17,19 +17,20 @@ struct BendingSubset {
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending
 };
 
-// The bending elements that a rank stores. Their vertex indices are those of the whole mesh.
+// Setup of the bending elements that a rank stores. Its vertex indices are those of the whole mesh.
 struct BendingOfPart {
   BendingSetup setup;
-  // Range of triangles of the setup. The rank sums the energies of these triangles.
+  // Triangles of the setup whose energies the rank sums.
   IndexRange triangles;
 };
 
-// Returns the bending elements that act on the rows of a part, and those of the triangles of the
-// part. In these rows, forces and stiffness are bitwise identical to those of the whole mesh.
+// Returns the setup of the bending elements that act on the rows of a part or belong to triangles
+// of the part. In these rows, forces and stiffness are bitwise identical to those of the whole
+// mesh.
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
-// Adds the triangles that share an edge with one of `triangles`. On return, the list is sorted and
-// has no duplicates.
+// Adds to `triangles` all triangles that share an edge with one of them. On return, the list is
+// sorted and has no duplicates.
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);
 
 // Returns a subset of `whole`, which check_bending_setup() must have accepted. `edges` is the edge

@@ -15,7 +15,7 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
   vertices_.resize(static_cast<std::size_t>(n_batches()) * hinge::vertex_stride);
   rest_lanes_.resize(static_cast<std::size_t>(n_batches()) * hinge::angle_stride);
   for (Index e = 0; e < n_batches() * n_lanes; ++e) {
-    const Index source = std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge
+    const Index source = std::min(e, n_hinges() - 1);  // unused lanes repeat the last hinge
     const std::size_t batch = e / n_lanes, lane = e % n_lanes;
     for (int j = 0; j < 4; ++j)
       vertices_[hinge::vertex_stride * batch + n_lanes * j + lane] = hinges_[source].vertices[j];

@@ -7,11 +7,11 @@ namespace loomstone {
 namespace {
 
 // theta is the difference of the direction angles phi of the two triangles about the edge x3 -> x4.
-// Let e^ be the unit vector along the edge, and L the edge length. Relative to x3, the apex of a
-// triangle is a = alpha e^ + eta t with a unit vector t normal to the edge. With n = e^ x t and
+// Let b be the unit vector along the edge, and L the edge length. Relative to x3, the apex of a
+// triangle is a = alpha b + eta t with a unit vector t normal to the edge. With n = b x t and
 // S = n t^T + t n^T, the second derivatives of phi with respect to a and the edge vector e are
-//   phi_aa = -S / eta^2,   phi_ae = alpha / (L eta^2) S - e^ n^T / (L eta),
-//   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n e^^T + e^ n^T).
+//   phi_aa = -S / eta^2,   phi_ae = alpha / (L eta^2) S - b n^T / (L eta),
+//   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n b^T + b n^T).
 // The asymmetric part of phi_ee is the same for both triangles and cancels in their difference.
 struct Direction {
   Mat3 aa, ae, ee;

@@ -116,7 +116,7 @@ LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const
     store_transposed(g, u1), store_transposed(g + 4, u2), store_transposed(g + 8, u3),
         store_transposed(g + 12, u4);
     if (!out.rate) continue;
-    // The gradients sum to zero, so velocities relative to x3 suffice.
+    // The gradients sum to zero, so velocities relative to that of x3 suffice.
     const Lanes3<Lanes> v3 = lanes_gather<Lanes>(corner + 16, v);
     const Lanes rate = dot(u1, minus(lanes_gather<Lanes>(corner, v), v3)) +
                        dot(u2, minus(lanes_gather<Lanes>(corner + 8, v), v3)) +

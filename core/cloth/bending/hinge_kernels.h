@@ -7,7 +7,7 @@
 
 namespace loomstone::hinge {
 
-inline constexpr Index batches_per_range = 32;  // grain of parallel loops
+inline constexpr Index batches_per_range = 32;  // grain size of parallel loops
 
 // Entries per batch in each table; for gradients, entries per hinge.
 inline constexpr int vertex_stride = 4 * 8, angle_stride = 8;
@@ -42,7 +42,8 @@ struct HingeList {
   Index n;
 };
 
-// Sets each row of sums (n_sums x 4) to the sum of moment times gradient over the listed hinges.
+// Sets each row of `sums` (n_sums x 4) to the sum of moment times gradient over the hinge vertices
+// that `places` assigns to this row.
 void add_moments(HingeList list, const double* moment, const double* gradient, Index n_sums,
                  double* sums);
 

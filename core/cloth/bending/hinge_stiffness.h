@@ -37,9 +37,9 @@ class HingeStiffness {
   // Pairs of coupled vertices (i, j) with i < j, in ascending order.
   std::vector<std::pair<Index, Index>> couplings(const HingeSet& hinges) const;
 
-  // Adds the sum over pairs to rows [begin, end) of `matrix`. Hinges are added in ascending order
-  // for each block, so the result is bitwise identical for any number of threads and any row range.
-  // Block positions are kept until the matrix pattern or the row range changes.
+  // Adds the matrix that `products` defines to rows [begin, end) of `matrix`. Hinges are added in
+  // ascending order for each block, so the result is bitwise identical for any number of threads
+  // and any row range. Block positions are kept until the matrix pattern or the row range changes.
   void add(const Team& team, const HingeProducts& products, Index begin, Index end,
            BlockMatrix& matrix);
 

@@ -1,6 +1,6 @@
 // The mid-edge bending element. Each triangle has the energy 1/2 kappa^T W kappa. Its curvature is
 // kappa = C (theta - rest), where theta and rest contain the current angles and the rest angles of
-// up to nine hinges. midedge_setup computes C and W.
+// up to nine hinges. midedge::make_elements() computes C and W.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -88,7 +88,7 @@ class MidedgeBending final : public Bending {
     Index begin = -1, end = -1;
     std::vector<Index> hinges;            // hinges whose moments act on the rows
     std::vector<Index> triangle_batches;  // batches of triangles on which these moments depend
-    std::vector<Index> hinge_batches;     // batches of hinges on whose angles they depend
+    std::vector<Index> hinge_batches;     // batches of hinges on whose angles these moments depend
   };
   mutable Selection selection_;
   mutable HingeValues values_;

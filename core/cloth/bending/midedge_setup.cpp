@@ -148,15 +148,15 @@ Builder::Slope Builder::slope(Index e) const {
   const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
   // If all vertices of a triangle are prescribed, its orientation is given. The slope at its edges
   // is that of the triangle, so the cloth beyond these edges is clamped. Between two such
-  // triangles, the slope is the mean of theirs.
+  // triangles, the slope is the mean of their slopes.
   if (first_prescribed && second_prescribed) return {{e}, {0.0}};
   if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;
   std::vector<Row3> angles;  // angles of the hinges in `near`
-  // Directions of the moments at boundary edges, as rows that act on curvatures. The moments must
-  // vanish.
+  // For each boundary edge, the row of unit length that gives the moment across the edge, up to a
+  // factor, when multiplied by a curvature. These moments must vanish.
   std::vector<Row3> free;
   for (const Index triangle : {first, second}) {
     const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;

@@ -1,5 +1,5 @@
 // Constants of the mid-edge bending element. As in [Morley1968], the curvature of a triangle
-// follows from the slopes at its edge midpoints. The slope at an interior edge is a fixed
+// follows from the slopes at its edge midpoints. The slope at an interior edge is a fixed linear
 // combination of the hinge angles of the two triangles at the edge. Except next to slivers and
 // prescribed triangles, its weights are those of least norm that reproduce every constant curvature
 // without moments across boundary edges. The curvature of each triangle is therefore a fixed linear

@@ -15,7 +15,7 @@ namespace loomstone {
 // Elements to evaluate during one call of the limiter.
 class ActiveSet {
  public:
-  enum class Contents { AllElements, Violations };  // Violations: at first, batches passed to add()
+  enum class Contents { AllElements, Violations };  // Violations: initially empty, see add()
   enum class Order { Batches, SingleElements };     // SingleElements: for random order
 
   ActiveSet(const LimitElements& elements, const limit::Tables& tables, Contents contents,
@@ -28,11 +28,11 @@ class ActiveSet {
   const std::vector<Index>& moved() const { return moved_list_; }
 
   void add(Index batch);
-  // Appends the batches of a colour to `list`. Removes them from the set unless it contains all
-  // elements.
+  // Appends to `list` those batches of a colour that are in the set. Removes them from the set
+  // unless the set contains all elements.
   void take(std::size_t colour, std::vector<Index>& list);
-  // Removes a single element unless the set contains all elements. Returns false if it was not in
-  // the set.
+  // Removes a single element unless the set contains all elements. Returns false if the element was
+  // not in the set.
   bool take_one(Index slot);
   // Adds every element that shares a moved vertex with the corrected element. With Order::Batches,
   // adds the whole batches of these elements.

@@ -8,7 +8,7 @@
 namespace loomstone {
 
 EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
-  // An edge of a triangle, with its rest length [m] and the bound of its strain. An edge of two
+  // An edge of a triangle, with its rest length [m] and the bound on its strain. An edge of two
   // limited triangles gets the mean of its rest lengths in them and the tighter of their bounds.
   struct Side {
     Index a, b;

@@ -11,9 +11,9 @@
 // momentum is conserved. Conservation of angular momentum about the centre determines w from the
 // constant moments M = sum m X X^T, where m are the masses of the corners:
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
-// In the plane this takes 22 multiplications, 16 additions and 1 division. The thesis counts 37, 33
-// and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third corner lies above the
-// midpoint of its base.
+// In the plane, this solution takes 22 multiplications, 16 additions and 1 division. The thesis
+// counts 37, 33 and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third corner lies
+// above the midpoint of its base.
 //
 // A held corner does not move. With one held corner, this corner has infinite mass and replaces the
 // centre of mass, so w conserves angular momentum about it. The remaining equations, three of
@@ -220,7 +220,7 @@ LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Rea
 }
 
 // Computes the columns g1 and g2 of R (E + w J), where J is the rotation by 90 degrees. A corner
-// with rest coordinates X moves by g1 X_x + g2 X_y.
+// moves by g1 X_x + g2 X_y, with X as defined at the top of this file.
 template <class Real>
 LOOMSTONE_INLINE void field(const Space<Real>& r1, const Space<Real>& r2, const Symmetric<Real>& e,
                             const Real& w, Space<Real>& g1, Space<Real>& g2) {

@@ -1,5 +1,5 @@
-// Finds the elements that violate their strain limits and measures the excess. This check dominates
-// the cost of limiting if no limit is violated, so its elements are divided among ranks. Afterwards
+// Finds the elements that exceed their strain limits and measures the excess. This check dominates
+// the cost of limiting if no limit is exceeded, so its elements are divided among ranks. Afterwards
 // every rank has the results of all elements. They are bitwise identical on any number of ranks.
 #pragma once
 
@@ -25,10 +25,10 @@ struct BrokenLimit {
 // Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
   int sweeps = 0;                   // a first check that finds nothing to correct counts as a sweep
-  std::int64_t evaluations = 0;     // of elements and edges before the final check
+  std::int64_t evaluations = 0;     // element and edge evaluations before the final check
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
-  Index worst = -1;                 // element with the largest excess, -1: no limit is violated
+  Index worst = -1;                 // element with the largest excess; -1: no limit is exceeded
   std::vector<BrokenLimit> broken;  // sorted by excess, largest first
   std::vector<double> squares;      // (limits) sum of the squared excesses for each limit
 

@@ -151,7 +151,7 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
 }
 
 // Computes the changes of x, or of v, at the corners of a batch. Returns a bit mask of the lanes to
-// correct. If it is 0, `delta` may not be set.
+// correct. If the mask is 0, the contents of `delta` are undefined.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b,
                                         Space<Lanes> delta[3]) {

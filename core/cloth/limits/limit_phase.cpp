@@ -28,11 +28,11 @@ constexpr Index batches_per_update = 32;
 // of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
-// Bound on the stress of the mode of a yielding triangle that exceeds its limit most. It begins at
-// the fraction `yield_stress` of the stress at which the fourth phase begins, and grows with the
-// modulus `hardening` times that of the second phase, so that neighbouring triangles yield alike.
-// The other modes do not yield: an obstacle that is too wide along weft does not stretch the cloth
-// along warp. Both values were tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
+// In a yielding triangle, the stress in the mode that exceeds its limit most is bounded. The bound
+// begins at the fraction `yield_stress` of the stress at which the fourth phase begins, and grows
+// with the modulus `hardening` times that of the second phase, so that neighbouring triangles yield
+// alike. The other modes do not yield: an obstacle that is too wide along weft does not stretch the
+// cloth along warp. Both values were tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
 constexpr double yield_stress = 0.02, hardening = 0.2;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.

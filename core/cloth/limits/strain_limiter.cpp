@@ -203,7 +203,7 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
 }
 
 // Sorts the batches by part of the mesh, one part for each thread. Keeps their order within a part.
-// If all vertices are visited, a thread thus mostly sums corrections that it has computed.
+// If sweep_jacobi() visits all vertices, a thread thus mostly sums corrections that it computed.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

@@ -12,8 +12,8 @@ struct StiffnessScales {
 // positive part of the stress and that of bending is omitted.
 enum class JacobianKind { Exact, Positive };
 
-// The motion in the last step. The second-order strain of this motion, up to a bound, is excluded
-// from the stress in the geometric term; see neglected_strains() in membrane_kernels.h.
+// The motion in the last step. The stress in the geometric term excludes the stress of the
+// second-order strain of this motion, up to a bound (see past_strain() in membrane_kernels.cpp).
 struct PastMotion {
   const double* velocity = nullptr;  // (n x 3) [m/s]; null: nothing is excluded
   double step = 0.0;                 // [s]

@@ -62,7 +62,7 @@ class MembraneConstantsOf {
 // A batch is stored if the part contains one of its triangles.
 class Membrane {
  public:
-  // `corners` has one entry per triangle.
+  // `corners` has the rest coordinates of each triangle in weft/warp axes [m].
   Membrane(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
            const MembraneConstantsOf& constants);
   Membrane(const Triangles& triangles, const std::vector<Corners2>& corners,
@@ -78,19 +78,20 @@ class Membrane {
     return {corners_.data(), gradients_.data(), constants_.data(),
             phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
-  // Sets the tables of the stress that stiff phases add (see membrane::Tables). This stress acts in
+  // Sets the tables of the stress that stiff phases add (see membrane::Tables). This stress enters
   // energy, forces and Jacobian. Null: no stress is added. The tables are not copied.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
   bool in_phase() const { return phase_ != nullptr; }
 
-  // Adds a potential that limits the strain modes of each triangle (m). It acts in the energy and
-  // the forces, but not in the Jacobian. A later call replaces the potential.
+  // Adds a potential that limits the strain modes of each triangle. `modes` has one entry per
+  // triangle. The potential enters the energy and the forces, but not the Jacobian. A later call
+  // replaces it.
   void add_limits(const std::vector<LimitModes>& modes);
 
-  // Returns the places of the batches that touch rows [begin, end), in ascending order. The list is
-  // valid until a call with another range of rows.
+  // Returns the places (see batch_at()) of the stored batches that touch rows [begin, end), in
+  // ascending order. The list is valid until a call with another range of rows.
   const std::vector<Index>& batches_of(Index begin, Index end) {
     return select_rows(begin, end), batches_;
   }
@@ -111,16 +112,16 @@ class Membrane {
   void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                     BlockMatrix& matrix);
 
-  // Together, these functions do the same as set_jacobian(), in chunks of rows_per_block rows, for
-  // callers that continue to work on a chunk while it is in the cache. Call locate_rows() first,
-  // then set_chunk() for every chunk. Each thread needs its own scratch memory.
+  // Together, the next two functions do the same as set_jacobian(), in chunks of rows_per_block
+  // rows, for callers that continue to work on a chunk while it is in the cache. Call locate_rows()
+  // first, then set_chunk() for every chunk. Each thread needs its own scratch memory.
   void locate_rows(const BlockMatrix& matrix, Index begin, Index end);
   void set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
                  BlockMatrix& matrix) const;
 
-  // Strain that a linear model neglects; see neglected_strains() in membrane_kernels.h.
+  // Result of neglected(); see neglected_strains() in membrane_kernels.h.
   struct Neglected {
-    double strain = 0.0;   // largest eigenvalue [1]
+    double strain = 0.0;   // largest eigenvalue of the neglected strain [1]
     double energy = 0.0;   // membrane energy of this strain [J]
     double elastic = 0.0;  // membrane energy at positions `end`, without phases and limits [J]
   };
@@ -151,7 +152,7 @@ class Membrane {
                    const MembraneConstantsOf& constants);
   void make_slots(Index n_vertices, IndexRange rows);
   void select_rows(Index begin, Index end);
-  Index place_of(Index batch) const {  // of a stored batch
+  Index place_of(Index batch) const {  // `batch` must be stored
     return static_cast<Index>(std::lower_bound(stored_.begin(), stored_.end(), batch) -
                               stored_.begin());
   }
@@ -172,7 +173,7 @@ class Membrane {
 
   // Element blocks that contribute to rows [located_begin_, located_end_). locate_rows() determines
   // them again if the matrix pattern or the range of rows has changed.
-  std::vector<Index> chunk_start_, chunk_batches_;  // batches that touch each chunk, ascending
+  std::vector<Index> chunk_start_, chunk_batches_;  // places of batches that touch each chunk
   std::vector<Index> row_start_, diagonal_;         // block indices relative to the range
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows
   const Index* located_columns_ = nullptr;

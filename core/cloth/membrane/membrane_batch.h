@@ -1,5 +1,5 @@
-// A batch of eight triangles in the form that the membrane kernels read, with its strain and
-// stress. Equations are those of [Thomaszewski2010].
+// A batch of eight triangles in the form that the membrane kernels read, and functions that compute
+// its strain, stress and energy. Equations are those of [Thomaszewski2010].
 #pragma once
 
 #include "core/base/lane_vectors.h"
@@ -121,12 +121,13 @@ LOOMSTONE_INLINE void add_phase_stress(const double* phase, const Tensor<Lanes>&
   s.t12 += phase_stress(phase, 2, e.t12);
 }
 
-// Strain of a mode beyond the bounds at which its second and third phase begin. It is negative
-// below a lower bound and 0 between the bounds. `mode` points to the mode's table.
+// Result of beyond_limits(): strain of a mode beyond the bounds at which its second and third phase
+// begin. It is negative below a lower bound and 0 between the bounds.
 template <class Lanes>
 struct Beyond {
   Lanes second, third;
 };
+// Evaluates one mode at the Green strain e. `mode` points to the table of the mode.
 template <class Lanes>
 LOOMSTONE_INLINE Beyond<Lanes> beyond_limits(const double* mode, const Tensor<Lanes>& e) {
   const auto at = [&](int k) LOOMSTONE_INLINE_LAMBDA { return lanes_load<Lanes>(mode + 8 * k); };

@@ -49,8 +49,8 @@ LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n
     if (v) {
       Lanes3<Lanes> d1, d2;  // columns of dF/dt
       gradient_columns(batch, v, d1, d2);
-      // With t = rate_time and the deformation gradient F at x,
-      //   E(x) - E(x - t v) = t sym(F^T dF/dt) - t^2 / 2 dF/dt^T dF/dt.
+      // Mean strain rate r over the time t = rate_time, with the deformation gradient F at x:
+      //   t r = E(x) - E(x - t v) = t sym(F^T dF/dt) - t^2 / 2 dF/dt^T dF/dt.
       const double half = 0.5 * tables.rate_time;
       const Lanes r11 = dot(d1, f1) - half * dot(d1, d1), r22 = dot(d2, f2) - half * dot(d2, d2),
                   r12 = 0.5 * (dot(d1, f2) + dot(d2, f1)) - half * dot(d1, d2);

@@ -63,12 +63,13 @@ struct BatchRange {
 // each), or u = end if start is null. If dF is the gradient of u,
 //   E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
 // holds exactly. The output for each triangle is the largest eigenvalue of 1/2 dF^T dF, the
-// membrane energy of that strain, and the membrane energy at the positions `end`. Batch i of the
-// range is at entry i of the output.
+// membrane energy of that strain, and the membrane energy at the positions `end`. The output has
+// one entry (3 x 8) per batch of the range.
 void neglected_strains(const Tables& tables, BatchRange batches, const double* start,
                        const double* end, double* out);
 
-// Computes E11, E22, E12, the energy and the largest principal stretch of each triangle.
+// Computes E11, E22, E12, the energy and the largest principal stretch of each triangle
+// (batches x 5 x 8).
 void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out);
 
 }  // namespace loomstone::membrane
