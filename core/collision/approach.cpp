@@ -13,7 +13,7 @@ namespace loomstone {
 
 namespace {
 
-using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same vectors at the end
+using Six = std::array<Vec3, 6>;  // three vectors at the start of the step, then at its end
 
 // Returns true only if the volume spanned by three linearly changing vectors keeps its sign, and
 // its magnitude always exceeds `margin` [m] times an upper bound on the area spanned by the last
@@ -60,7 +60,7 @@ struct ApproachSearch::PairTest {
   const std::vector<SurfacePair>& pairs;
   const ExpectedMotion& motion;
   const Tangle& tangle;
-  const std::vector<PackedSlabs>& boxes;  // of the vertices
+  const std::vector<PackedSlabs>& boxes;  // boxes of the motions of the vertices
 
   // Returns the largest relative speed of two points, one on each feature [m/s].
   double relative_speed(ContactKind kind, const std::array<Index, 4>& v) const {
@@ -114,9 +114,9 @@ struct ApproachSearch::PairTest {
       speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
-  // Counts the pair as a candidate if it is within reach at the relative speed `speed` [m/s]. Adds
-  // a candidate to `found` unless it is culled or ignored. Returns the distance of the pair at the
-  // start [m].
+  // Counts the pair as a candidate if its distance at the start is at most its thickness plus
+  // largest_loss() at the relative speed `speed` [m/s]. Adds a candidate to `found` unless it is
+  // culled or ignored. Returns the distance of the pair at the start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double speed,
               Approach& found) const {
     const double thickness = pairs[pair.pair].thickness;
@@ -213,7 +213,7 @@ void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) 
 void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
                                   Approach& found) const {
   // Skips a list whose pairs are all too far apart at the start. list.change bounds the relative
-  // displacement of their features.
+  // displacement of their features in the motion to x1_.
   const double thickness = pairs_[list.pair].thickness,
                farthest = thickness + added_reach(test.motion) + list.change + list.used;
   list.cost += ListCosts::list;
@@ -255,7 +255,7 @@ Approach ApproachSearch::find_unlisted(const Team& team, const PairTest& test,
   if (which.empty()) return {};
   const WorkTimer<double> timing = lists_.unlisted_timer();
   const double thickness = *std::max_element(thickness_.begin(), thickness_.end());
-  const double margin = 0.5 * (thickness + added_reach(test.motion));  // of each feature [m]
+  const double margin = 0.5 * (thickness + added_reach(test.motion));  // added to each box [m]
   CandidateSink<PairTest> candidates(test);
   broad_phase_.swept_pairs(team, {test.motion.x0, x1_, margin}, which, candidates);
   return joined(candidates.parts());

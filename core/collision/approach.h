@@ -25,7 +25,7 @@ struct ApproachingPair {
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, key)
-  std::int64_t candidates = 0;         // number of pairs within reach, also if culled or ignored
+  std::int64_t candidates = 0;         // number of candidates, also those culled or ignored
 };
 
 // Returns the sign of the volume that the four points span. The sign tells on which side of the
@@ -36,7 +36,7 @@ std::int8_t side_of(ContactKind kind, const FourPoints& points);
 struct ExpectedMotion {
   const Points& x0;  // (n x 3) [m]
   const Points& v0;  // (n x 3) [m/s]
-  double step;       // [s]
+  double step;       // length of the step [s]
 };
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
@@ -52,7 +52,8 @@ struct ExpectedMotion {
 // be smooth.
 class ApproachSearch {
  public:
-  // Certification uses the same lists. Pairs that only certification needs do not affect results.
+  // Certification uses the same `lists`. Pairs in them that only certification needs do not affect
+  // the results of find().
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, NeighbourLists& lists);
 

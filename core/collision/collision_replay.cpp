@@ -70,8 +70,8 @@ Vector movable(const CollisionModel& model) {
   return inverse_mass;
 }
 
-// Number of steps before the measured one. In these steps, the lists get the slack that the motion
-// needs.
+// Number of steps that are performed before the measured one. They give the lists the slack that
+// the motion needs.
 constexpr int steps_before = 3;
 
 // About the average number of steps from the measurement of costs to a dynamic search that uses

@@ -1,6 +1,6 @@
 // Repeats the searches for collisions in a recorded motion. Their work is measured on one thread.
 // From this work, core/parallel/pool_replay.h predicts times on many ranks. perform() measures
-// times on existing ranks instead.
+// times on actual ranks instead.
 #pragma once
 
 #include <memory>
@@ -33,11 +33,11 @@ class CollisionReplay {
   // The two searches of a step: for contacts at its start, and for impacts in its motion.
   enum class Search { Contacts, Impacts };
 
-  // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
-  // of `repetitions` measurements. In dynamic division, the tests with which the ranks start are
-  // distributed so that their costs in an earlier step, whose positions are extrapolated backwards,
-  // have about the same sum on each rank. In static division, the top-level tests are dealt to the
-  // ranks in turn.
+  // Measures the tests of a search that is divided among `n_ranks` ranks. Each cost is the
+  // smallest of `repetitions` measurements. In dynamic division, the tests with which the ranks
+  // start are distributed so that their costs in an earlier step, whose positions are extrapolated
+  // backwards, have about the same sum on each rank. In static division, the top-level tests are
+  // dealt to the ranks in turn.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 

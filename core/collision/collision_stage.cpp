@@ -103,15 +103,17 @@ struct CollisionStage::Data {
   CollisionRecord motion;
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
   // Contacts at the positions x0 of the last call of proximity(), including those that it omits
-  // because of a tangle. A part of a step begins where the preceding one ended, so the contacts
-  // found there are used again. `known` is the same on all ranks if each rank keeps all contacts.
+  // because of a tangle. A part of a step begins where the preceding one ended, so contacts found
+  // at the end of a part are used again in the next part. `known` is the same on all ranks if each
+  // rank keeps all contacts.
   ContactSet known;
-  // With lists, x0 are the positions of their update `known_update`; otherwise, `known_x`.
+  // known_update is the number of the update of the lists at x0. Without lists, known_x is a copy
+  // of x0.
   std::int64_t known_update = -1;  // -1: no contacts are known
   Points known_x;
-  KnownStrengths strengths;                   // of the contacts in `known`
-  ContactSet returned;                        // result of the last call, if it differs from `known`
-  const ContactTotals* totals = nullptr;      // of the contacts of the last call
+  KnownStrengths strengths;                   // strengths of the contacts in `known`
+  ContactSet returned;                        // last result that is not `known` itself
+  const ContactTotals* totals = nullptr;      // totals of the contacts returned last
   std::optional<ContactSelection> selection;  // contacts that this rank keeps; nullopt: all
   mutable GatherRoom anchor_room;
 

@@ -38,9 +38,9 @@ class CollisionStage {
                           std::shared_ptr<const Communicator> communicator = single_communicator());
   ~CollisionStage();
 
-  // All ranks must call this method together. From now on, each of them keeps the contacts that act
-  // on its rows and those that influence the shares of such contacts; see ContactSelection.
-  // proximity() then returns only kept contacts.
+  // All ranks must call this method together. After this call, each rank keeps only the contacts
+  // that act on its rows and those that influence the shares of such contacts; see
+  // ContactSelection. proximity() then returns only kept contacts.
   void divide(IndexRange rows);
   bool divided() const;
 
@@ -50,8 +50,8 @@ class CollisionStage {
   Tangle find_tangle(const Points& x0);
 
   // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
-  // contains the vertices of all surfaces.
-  // The reference is valid until the next call of proximity(), proximity_alone() or all_contacts().
+  // contains the vertices of all surfaces. The returned reference is valid until the next call of
+  // proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
   // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
   // if contacts are divided, or if there are several ranks and x0 is not that of the last call of

@@ -88,7 +88,7 @@ struct Hit {
   double time;
 };
 
-// Tests each batch of candidates on arrival. The candidates are thus never stored all together.
+// Tests each batch of candidates on arrival, so that the candidates are never all stored at once.
 class ExactHits : public PairSink {
  public:
   ExactHits(const CollisionModel& model, const Points& x0, const Points& x1)

@@ -38,7 +38,8 @@ class Detector {
   // Returns the pairs that share no vertex and whose 18-DOPs overlap. The 18-DOPs enclose the
   // motion x0 -> x1 and are inflated by `inflation` [m]. If `sorted`, the pairs are in ascending
   // order; otherwise they are in tree order, which is faster. Throws InvalidInput if x0 and x1
-  // differ in size, are too short or not finite, or if the inflation is negative or not finite.
+  // differ in size, have too few rows or are not finite, or if the inflation is negative or not
+  // finite.
   FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation,
                         bool sorted);
 
@@ -60,7 +61,7 @@ class Detector {
 // Returns the sorted unique vertex pairs of the triangle edges.
 Edges unique_edges(const Triangles& triangles);
 
-// Both functions throw InvalidInput if an argument is invalid.
+// check_motion() and check_triangles() throw InvalidInput if an argument is invalid.
 void check_motion(const Points& x0, const Points& x1, double inflation);
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

@@ -117,7 +117,8 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
   event.at_end = !vertex_face && !closest.interior;
   event.to_cross = event.at_end ? motion_to_cross(points, thickness) : 0.0;
   // If the features have passed through each other, they are pushed back to their previous side. A
-  // vertex that has gone round a face, or edges that have turned past parallel, have not passed.
+  // vertex that has moved around the border of a face has not passed through it. Edges that
+  // have rotated through the parallel position have not passed through each other.
   const std::int8_t side = closest.interior ? side_of(which.kind, points) : std::int8_t{0};
   Vec3& last = normal_[pair];
   if (side_[pair] != 0 && side == -side_[pair] && event.normal.dot(last) < 0.0)
@@ -159,8 +160,9 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   change -= stopped * sliding;
   const double apart = std::max(0.0, along), restoring = along + lack;
   work_.restored += 0.5 * (restoring * restoring - apart * apart) / event.inverse_mass;
-  // The work of an impulse is the impulse times the mean of the velocities before the kick and
-  // after the impulse. `velocity` contains the kick, so half of the kick is subtracted.
+  // The work of an impulse is the impulse times the mean of the velocities before the kick
+  // (EventMotion::kicks) and after the impulse. `velocity` contains the kick, so half of the kick
+  // is subtracted.
   Vec3 kick = Vec3::Zero();
   for (int k = 0; k < 4; ++k)
     if (event.vertices[k] < motion.v.rows())
@@ -241,7 +243,7 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& motion)
   std::vector<Index>& due = due_[tick];
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
-  // begin() and every earlier tick have added pairs in ascending order.
+  // begin() and each earlier tick have added their pairs in ascending order.
   merge_runs(due, ascending_runs(due), std::less<>());
   place_bodies(motion);
   all_placed_ = 4 * static_cast<Index>(due.size()) > motion_->x0.rows();

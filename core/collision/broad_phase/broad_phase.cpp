@@ -80,7 +80,8 @@ bool BroadPhase::compares_all(const std::vector<Index>& which) const {
          });
 }
 
-// Refits a tree, or only its nodes if the search refits the features that it compares.
+// Refits a tree. If `features` is false, refits only its nodes, because the search then refits the
+// features that it compares.
 void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep, bool features) {
   const CollisionSurface& surface = model_.surfaces[s];
   std::vector<PackedSlabs>& boxes = vertex_boxes();

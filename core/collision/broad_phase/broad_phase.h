@@ -30,8 +30,9 @@ class PairSink {
 struct Sweep {
   const Points& x0;
   const Points& x1;
-  double inflation;          // [m]
-  bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; finds the same pairs
+  double inflation;  // [m]
+  // If true, trees whose boxes have grown too much are rebuilt. The pairs found are the same.
+  bool may_rebuild = false;
 };
 
 // The tasks of a search that a rank performs: every `size`-th task, beginning with task `rank`.
@@ -52,7 +53,7 @@ class BroadPhase {
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
-  // Passes to `sink` all pairs of features, of the surface pairs in `which`, whose 18-DOPs overlap.
+  // Passes to `sink` all feature pairs with overlapping 18-DOPs, for the surface pairs in `which`.
   // The 18-DOPs enclose the motion of the whole step and are inflated by `sweep.inflation`.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
@@ -62,14 +63,15 @@ class BroadPhase {
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
-  // Returns the cluster pairs (a, b) of a surface pair whose boxes overlap, for all a in `first`.
-  // They are packed as a << 32 | b, in ascending order. If there are more than `most` pairs, some
-  // of them may be missing.
+  // Returns the pairs (a, b) of clusters with overlapping boxes. Cluster a belongs to the first
+  // surface of the pair and lies in the range `first`; cluster b belongs to the second surface. The
+  // pairs are packed as a << 32 | b, in ascending order. If there are more than `most` pairs, some
+  // may be missing.
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Returns memory for the boxes of all vertices, which all callers share. n_uses() counts the
-  // calls. If it has changed, a later caller may have overwritten the boxes.
+  // Returns the memory for the boxes of all vertices. All callers share this memory, and n_uses()
+  // counts their calls. If it has changed, a later caller may have overwritten the boxes.
   std::vector<PackedSlabs>& vertex_boxes();
   std::int64_t n_uses() const { return n_uses_; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
@@ -91,7 +93,7 @@ class BroadPhase {
   const std::vector<SurfacePair>& pairs_;
   std::vector<ClusterTree> trees_;  // one for each surface
   std::vector<PackedSlabs> vertex_slabs_;
-  std::int64_t n_uses_ = 0;  // of vertex_slabs_
+  std::int64_t n_uses_ = 0;  // number of calls of vertex_boxes()
   TaskShare share_;
 };
 

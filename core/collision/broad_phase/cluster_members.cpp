@@ -12,7 +12,7 @@ ClusterMembers::ClusterMembers(const ClusterTree& tree) {
                                         corners + 3 * slab_lanes * (c + 1));
     std::sort(begin, vertices_.end());
     vertices_.erase(std::unique(begin, vertices_.end()), vertices_.end());
-    const auto none = vertices_.begin() + start_.back();  // first entry, -1 if lanes are empty
+    const auto none = vertices_.begin() + start_.back();  // *none is -1 if some lanes are empty
     if (none != vertices_.end() && *none < 0) vertices_.erase(none);
     start_.push_back(static_cast<Index>(vertices_.size()));
   }

@@ -2,9 +2,9 @@
 // first clusters of a surface pair are cut into one contiguous range for each rank. The cuts depend
 // on the costs of earlier steps. They determine which rank computes a list, not its content. Each
 // expensive surface pair is cut separately, because some pairs have many contacts and others have
-// many feature pairs to test for impacts. Each rank thus gets about an equal part of both searches.
-// All other surface pairs are cut together: their first clusters, sorted by surface pair, form one
-// sequence.
+// many feature pairs to test for impacts. Each rank thus gets about an equal part of the searches
+// for contacts and for impacts. All other surface pairs are cut together: their first clusters,
+// sorted by surface pair, form one sequence.
 #pragma once
 
 #include <vector>
@@ -55,8 +55,8 @@ class ClusterOwners {
   // of that list.
   SectionStarts first_;
   SectionRanges starts_;  // ranges of the first clusters of each surface pair
-  // Number of first clusters of this rank in earlier surface pairs, for each surface pair; then the
-  // number in all pairs.
+  // (surface pairs + 1) Number of first clusters of this rank in all earlier surface pairs. The
+  // last entry is the number in all surface pairs.
   std::vector<std::size_t> own_first_;
   const bool rotates_;
   // In each surface pair, rank r owns the range with index (r + turn_) modulo the number of ranks.

@@ -111,7 +111,7 @@ LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index 
   }
 }
 
-// Makes room for at least n boxes. If there is less, discards all boxes and makes room for n.
+// Makes room for at least n boxes. Discards all existing boxes if there is not enough room.
 template <class Boxes>
 void make_room(Boxes& boxes, std::size_t n) {
   if (boxes.size() >= n) return;
@@ -162,7 +162,7 @@ ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
   add_levels();
 }
 
-// Edges are sorted by vertices, so those of a surface follow one another.
+// The edges of the model are sorted by vertices, so the edges of a surface are consecutive.
 ClusterTree::ClusterTree(const CollisionModel& model, Index surface)
     : model_(&model),
       first_triangle_(model.surfaces[surface].first_triangle),
@@ -368,7 +368,7 @@ void ClusterTree::refit_nodes(const Team& team, const Points& x,
 void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                                     const std::vector<PackedSlabs>& vertices) {
   vertex_boxes_ = vertices.data();
-  Index n_faces = 0, n_edges = 0;  // groups of the marked clusters
+  Index n_faces = 0, n_edges = 0;  // numbers of groups in the marked clusters
   for (Index c = 0; c < n_clusters_; ++c) {
     if (!marked[c]) continue;
     faces_.first_slab[c] = n_faces++;  // each cluster has exactly one group of faces

@@ -19,9 +19,9 @@ class ClusterTree {
   // group[c + 1] - 1. The last lanes of a cluster can be empty.
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;  // (groups x 8) -1 in empty lanes; empty for vertices
-    // Boxes of the features of clusters that the last refit of features included. Those of cluster
-    // c begin at slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
+    std::vector<Index> id;  // (groups x 8) ids; -1 in empty lanes. Not stored for vertices
+    // Boxes of features, for the clusters that the last refit of features included. The boxes of
+    // cluster c begin at slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;
@@ -47,7 +47,7 @@ class ClusterTree {
   int version() const { return version_; }  // changes whenever new clusters are formed
 
   // The functions below refit in stages, so that ranks can divide a refit among themselves. Each
-  // rank computes the boxes of some clusters and receives those of the others.
+  // rank computes the boxes of some clusters and receives those of the other clusters.
   bool formed() const { return built_area_ >= 0.0; }
   // Forms clusters at x. set_area() must follow.
   void form(const Points& x);
@@ -110,10 +110,10 @@ class ClusterTree {
     return {model_ ? model_->edges.data() + 2 * first_edge_ : own_edges_.data(), n_edges_, 2};
   }
 
-  // Model of which the tree contains a whole surface; null: it contains a part of a surface.
+  // The model if the tree contains a whole surface; null if it contains a part of a surface.
   const CollisionModel* model_ = nullptr;
   Index first_triangle_, n_triangles_, first_edge_ = 0, n_edges_ = 0;
-  // Of a part of a surface; empty for a whole surface.
+  // Arguments of the constructor for a part of a surface; empty for a whole surface.
   Triangles own_triangles_;
   Edges own_edges_;
   std::vector<Index> edge_ids_;
@@ -123,7 +123,7 @@ class ClusterTree {
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0
-  std::vector<PackedSlabs> cluster_boxes_;      // in the order of the boxes of faces
+  std::vector<PackedSlabs> cluster_boxes_;      // in the order of faces_.slabs
   int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };

@@ -19,7 +19,7 @@ constexpr auto choices(Decomposition) {
                  "traversal in every step; idle ranks take work from busy ones"}};
 }
 
-// Loops: the traversal begins on one thread, and a loop over its branches continues it.
+// Loops: the traversal begins on one thread, and a parallel loop over its branches continues it.
 // Tasks: idle threads take branches from busy ones throughout.
 enum class Traversal { Loops, Tasks };
 constexpr auto choices(Traversal) {

@@ -47,7 +47,7 @@ struct BoxScene {
 };
 
 struct Reports {
-  std::mutex lock;  // Embree may call report() from a thread of its own
+  std::mutex lock;  // Embree may call report() from one of its threads
   std::vector<std::pair<unsigned, unsigned>> pairs;
 };
 

@@ -16,8 +16,9 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full is cheaper than keeping its widened lists if an average update
-// makes more than this fraction of them again. Measured on a ribbon and a dress.
+// Searching a surface pair in full is cheaper than keeping its widened lists if more than this
+// fraction of them is made again per update, on average over `upkeep_updates` updates. Measured on
+// a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 
@@ -59,7 +60,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& start, const Po
   return all;
 }
 
-// Returns whether the vertices that this rank checks have the positions covered_ in x.
+// Returns whether the vertices that this rank checks have the same positions in x as in covered_.
 bool NeighbourLists::covered(const Points& x) const {
   const IndexRange share = own_vertices();
   const auto n = static_cast<std::size_t>(3 * (share.end - share.begin));
@@ -90,7 +91,8 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
 }
 
 // Makes the pass of this rank over its lists after begin_update(): checks the motion of vertices,
-// adds the change of distances in the last step to `used` of each list, and finds lists that end.
+// adds the change of distances in the last step to `used` of each list, and finds the lists that
+// must be made again.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -118,8 +120,8 @@ bool NeighbourLists::end_update(const Team& team, const std::vector<Pass>& passe
   return !search;
 }
 
-// Counts an update: adds it to the upkeep of listed surface pairs, and shortens the pause of the
-// others.
+// Counts an update: adds it to the upkeep of listed surface pairs, and shortens the pause of
+// unlisted ones.
 void NeighbourLists::count_update() {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     if (unlisted_[i] > 1) --unlisted_[i];
@@ -146,7 +148,7 @@ bool NeighbourLists::costly(const Upkeep& upkeep) const {
 }
 
 // Repeats the search for cluster pairs at the positions of the last update. Tries lists again for
-// surface pairs whose pause is over. `all`: there are no lists.
+// surface pairs whose pause is over. `all` is true if no surface pair has lists.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);
@@ -166,7 +168,9 @@ void NeighbourLists::search_at_x(const Team& team, bool all) {
   }));
 }
 
-// The negated comparisons are also true for NaN.
+// Returns whether a list must be made again after an update: its slack is used up, or slack and
+// spare() would not cover another change of distances by list.change. The negated comparisons are
+// also true for NaN.
 bool NeighbourLists::ends_at_x(const NeighbourList& list) const {
   return !(list.used <= list.slack) ||
          !(list.used + list.change <= list.slack + spare(list.pair, Cover::Gap));
@@ -187,7 +191,8 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what)
 
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
-  // Not needed for Cover::Reach, whose lists also contain the pairs that an update requires.
+  // Cover::Reach does not need this call, because lists that are valid for it contain all pairs
+  // that an update requires.
   if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);

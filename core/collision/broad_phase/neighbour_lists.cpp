@@ -13,14 +13,17 @@ namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
 // `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps. The
-// upper bound is the larger of two. The slack is larger if the boxes of both clusters are farther
-// apart. In the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus a margin.
+// upper bound is the larger one of `most_slack` and `most_slack_of_edge`. If the boxes of the two
+// clusters are farther apart than the base distance plus this slack, the slack is increased to the
+// gap between them minus the base distance. In the search for cluster pairs, vertex boxes cover
+// `steps_ahead` steps plus a margin.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // multiples of the thickness
 constexpr double most_slack_of_edge = 0.6;             // multiple of the mean edge length
 constexpr double steps_ahead = 3.0;
-// The margin of a surface pair is 0.4 times the mean edge length of its first surface. A surface
-// uses the smallest margin of its pairs, within these bounds [multiples of inflation_].
+// The margin of a surface pair is `margin_of_edge` times the mean edge length of its first surface.
+// A surface uses the smallest margin of its pairs, clamped to the range from `least_margin` to
+// `most_margin` times its inflation_.
 constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
 
 // Returns a lower bound on the distance between two boxes [m].

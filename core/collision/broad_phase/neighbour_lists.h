@@ -41,12 +41,12 @@ struct NeighbourList {
   double slack = -1.0;
   double used = 0.0;  // bound on the change of distances since the list was made [m]
   // Bound on the change of distances in one step [m]. After update(), it applies to the last step,
-  // or to the expected step if cluster pairs have been searched for. After cover(), it applies to
-  // the motion from the last update() to x1.
+  // or to the expected step if update() has searched for cluster pairs. After cover(), it applies
+  // to the motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
-  float cost = 0.0f;     // estimated cost since lists were distributed [ns]
-  float spent = 0.0f;    // time spent since then [ns]; ranks balance these times
+  float cost = 0.0f;     // estimated cost of work since lists were distributed [ns]
+  float spent = 0.0f;    // time spent since lists were distributed [ns]; ranks balance these times
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
@@ -121,22 +121,24 @@ class NeighbourLists {
   bool updated_at(const Points& x) const;
   std::int64_t n_updates() const { return n_updates_; }  // number of updates so far
 
-  // Which pairs the lists contain after cover() and make_ended(), unless their surface pair is
-  // unlisted. Vertices move from the positions of the last update() to x1.
+  // Selects the pairs that the lists contain after cover() and make_ended(), except those of
+  // unlisted surface pairs. Vertices move from the positions of the last update() to x1.
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
-  // Reach: all pairs with overlapping 18-DOPs of the motions of the two features, inflated by half
-  // the thickness plus half the extra distance of widen(), and a start distance of at most
-  // thickness plus extra distance plus relative displacement.
+  // Reach: all pairs that meet two conditions. The 18-DOPs of the motions of both features overlap
+  // if inflated by half the thickness plus half the extra distance of widen(). The distance of the
+  // features at the start is at most the thickness plus the extra distance plus their relative
+  // displacement.
   enum class Cover { Gap, Reach };
 
   // Collective. Makes the lists valid for the motion to x1; see Cover.
   void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
-  // update() and cover() in parts, so that ranks test pairs before they know that the lists are
-  // complete, and send results and passes in one gather. All ranks first call begin_update(). Each
-  // rank then calls pass_at_x(), and tests the pairs in its lists unless Pass::unexpected is set.
-  // Finally, it gives the passes of all ranks to end_update(). If this returns false, it has added
-  // missing lists, and the ranks repeat the passes and the tests.
+  // The next six functions are the parts of update() and cover(). With them, ranks can test pairs
+  // before they know that the lists are complete, and send results and passes in one gather. All
+  // ranks first call begin_update(). Each rank then calls pass_at_x(), and tests the pairs in its
+  // lists unless Pass::unexpected is set. Finally, it gives the passes of all ranks to
+  // end_update(). If end_update() returns false, it has added missing lists, and the ranks repeat
+  // the passes and the tests. The parts of cover() are used in the same way.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
@@ -177,8 +179,8 @@ class NeighbourLists {
   // that reading the clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
-  // Return the time spent since the last call: in searches without lists, and in passes over all
-  // lists [s].
+  // Each of the next two functions returns the time spent since its last call [s], in searches
+  // without lists or in passes over all lists.
   double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
   double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
 
@@ -207,7 +209,7 @@ class NeighbourLists {
   template <class ListAt, class Work>
   void work_on(Index n, ListAt&& list_at, Work&& work) const {
     using Clock = std::chrono::steady_clock;
-    // Bounds of the ratio of time to estimated cost. Ratios beyond them are attributed to an
+    // Bounds on the ratio of time to estimated cost. Ratios beyond them are attributed to an
     // interruption of the thread or to a coarse clock.
     constexpr float least_ratio = 0.25f, most_ratio = 4.0f;
     std::array<float, most_at_once> costs;
@@ -244,7 +246,7 @@ class NeighbourLists {
   void count_update();
   bool retries_within(int updates) const;
   bool costly(const Upkeep& upkeep) const;
-  // Leaves a surface pair without lists until the next update, or for `pause` if they are widened.
+  // Leaves a surface pair without lists until the next update, or for a pause if lists are widened.
   void unlist(std::size_t pair) { unlisted_[pair] = extra_ > 0.0 ? pause : 1; }
   bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
@@ -287,19 +289,19 @@ class NeighbourLists {
   std::vector<double> base_, most_slack_;
   // Inflation of the vertex boxes of each surface in searches, without margin_ [m].
   std::vector<double> inflation_;
-  // Distance from their expected motion that the vertices of each surface may reach [m].
+  // Largest distance by which vertices of each surface may deviate from their expected motion [m].
   std::vector<double> margin_;
   Points x_, before_;  // positions of the last update() and of the one before it
-  // For own_vertices(): the expected motion in the last search for cluster pairs, and the end of
-  // the motion of the last cover() that determined Pass::due.
+  // For own_vertices(): start and end of the motion expected in the last search for cluster pairs,
+  // and the end of the motion in the last cover() that determined Pass::due.
   Points from_, to_, covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
   bool unchecked_ = false;    // the ranks have not gathered the passes of the last update
   bool uncovered_ = false;    // the ranks have not gathered the passes of the last cover
-  Cover cover_ = Cover::Gap;  // of the last begin_cover()
+  Cover cover_ = Cover::Gap;  // argument of the last begin_cover()
   GatherRoom contact_room_;
   // Vertices whose boxes in BroadPhase::vertex_boxes() are those of their positions in x_, without
-  // motion, unless BroadPhase::n_uses() has changed.
+  // motion, unless BroadPhase::n_uses() differs from n_uses_.
   VertexSet still_at_x_;
   std::int64_t n_uses_ = 0;
   VertexSet vertices_;

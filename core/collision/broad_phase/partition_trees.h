@@ -38,7 +38,7 @@ class PartitionTrees {
 
   // Top-level tests compare each partition with itself, with each other partition, and with each
   // body or obstacle, if their surfaces may collide. Test i belongs to rank i modulo `n_ranks`.
-  // Returns those tests of a rank whose boxes overlap.
+  // Returns those tests of a rank whose nodes have overlapping boxes.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
   // Returns the number of clusters of all hierarchies. Cluster indices follow the order of the
@@ -46,9 +46,9 @@ class PartitionTrees {
   std::size_t n_clusters() const;
   // Returns the index of the first cluster in the first node of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
-  // Returns the tests whose first clusters have the indices `begin` to `end` - 1. They replace the
-  // top-level tests for these clusters. A top-level test that also compares other first clusters is
-  // expanded.
+  // Returns the tests whose first nodes consist of clusters with the indices `begin` to `end` - 1.
+  // They replace the top-level tests for these clusters. A top-level test whose first node also
+  // contains other clusters is expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
 
   // Returns whether a test compares two clusters, which have features instead of children.

@@ -35,7 +35,7 @@ class SharedRefit {
     ClusterMembers members;
     int version = 0;                 // version of the tree at the end of the last refit()
     std::vector<Index> vertices;     // vertices of the clusters whose boxes this rank computes
-    std::vector<PackedSlabs> boxes;  // boxes of all clusters, within refit()
+    std::vector<PackedSlabs> boxes;  // boxes of all clusters; empty outside refit()
     std::size_t bytes() const { return bytes_of(members, vertices, boxes); }
   };
 

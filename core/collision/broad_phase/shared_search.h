@@ -102,7 +102,8 @@ class SharedSearch {
   RecordedTests* recorded_ = nullptr;
   bool still_ = false;     // all vertices were at rest in the last search
   bool measures_ = false;  // the last search measured the costs of its tests
-  // Deals of dynamic searches. Index 0: vertices move; index 1: vertices are at rest (`still_`).
+  // Divisions of the first tests of dynamic searches. Index 0: vertices move; index 1: vertices are
+  // at rest (`still_`).
   SearchDeal deals_[2];
   GatherRoom room_[2];                            // for results; indices as in deals_
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread

@@ -19,13 +19,13 @@ struct WithheldMotion {
 struct CertifyReport {
   std::int64_t impacts = 0;  // impacts found before clean-up and withholding
   // Number of impacts that remain after all passes of withholding, for example because prescribed
-  // motion leaves the cloth no room. Those between cloth and cloth are then prevented as a last
-  // resort, unless prescribed vertices cause them.
+  // motion leaves the cloth no room. This includes impacts of cloth with cloth, although a last
+  // resort then prevents them, unless prescribed vertices cause them (see withholding.cpp).
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 
-  // Merges motion that other certifications or fallbacks of the same step have withheld. Sums
-  // displacements of the same vertex. `others` must be sorted by vertex.
+  // Adds to `withheld` the motion that other certifications or fallbacks of the same step have
+  // withheld. Displacements of the same vertex are summed. `others` must be sorted by vertex.
   void merge(const std::vector<WithheldMotion>& others);
   std::int64_t n_withheld() const { return static_cast<std::int64_t>(withheld.size()); }
   double withheld_length() const;  // sum of displacement lengths [m]

@@ -3,7 +3,7 @@
 // cannot move, such as a moving obstacle or prescribed vertices. The unit then follows this
 // carrier, and withhold() affects only its relative motion:
 //   x1 = x0 + carry + share (displacement - carry)
-// `carry` is the displacement of the unit with the carrier, and `share` is the fraction of the
+// `carry` is the displacement that the carrier gives the unit, and `share` is the fraction of the
 // relative motion that the unit keeps. The pose of a body is interpolated in the same way.
 #pragma once
 
@@ -29,8 +29,8 @@ class Displacements {
   double share(Index v) const { return share_[unit(v)]; }
   bool carried(Index v) const { return carrier_[unit(v)] != none; }
 
-  // Makes the unit of `v` follow the immovable vertices of an impact, unless it has a carrier or
-  // these vertices are at rest.
+  // Makes the unit of `v` follow the immovable vertices of an impact, unless the unit has a carrier
+  // or these vertices are at rest.
   void carry_with_immovable(Index v, const StepImpact& impact);
   // Makes the unit of `v` follow the carrier of `other`.
   void carry_with_vertex(Index v, Index other);
@@ -39,11 +39,11 @@ class Displacements {
   // Multiplies the unit's motion relative to its carrier by `factor`. If less than 0.1 % of it is
   // left, withholds all of it.
   void withhold(Index unit, double factor);
-  // Withholds all motion of a unit, including the motion with its carrier.
+  // Withholds all motion of a unit, including the motion that its carrier gives it.
   void withhold_all(Index unit);
 
-  // Returns (n) flags and resets them. 1: x1 of a vertex in the unit has changed since the last
-  // call.
+  // Returns a flag for each vertex (n) and resets the flags. 1: x1 of the vertex, or of another
+  // vertex of its body, has changed since the last call.
   std::vector<std::uint8_t> take_changed();
 
   // Adds the correction of each body's end pose to FreeBody::moved and FreeBody::turned.
@@ -52,8 +52,8 @@ class Displacements {
   std::vector<WithheldMotion> withheld() const;
 
  private:
-  // Special values of carrier_. none: the unit has no carrier. local: the unit is carried by the
-  // mean motion of the immovable vertices of an impact instead of by a rigidly moving surface.
+  // Special values of carrier_. none: the unit has no carrier. local: the unit follows the weighted
+  // mean displacement of the immovable vertices of an impact instead of a rigidly moving surface.
   static constexpr Index none = -1, local = -2;
 
   void set_carrier(Index v, Index carrier, const Vec3& motion);
@@ -65,8 +65,7 @@ class Displacements {
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
   // (n x 3) wanted_ contains the requested displacement of each vertex [m]. carry_ contains the
-  // displacement of each unit with its carrier [m], which is that of the centre if the unit is a
-  // body.
+  // displacement that the carrier gives each unit [m]; for a body, it is that of its centre.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`

@@ -31,7 +31,7 @@ ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase,
                            NeighbourLists& lists)
     : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
-// Decides which feature pairs have an impact during one motion.
+// Decides which feature pairs have an impact during the motion from inputs.x0 to x1.
 struct ImpactSearch::PairTest {
   const CollisionModel& model;
   const MotionInputs& inputs;
@@ -119,7 +119,7 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
 void ImpactSearch::find_in_list(NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
   // Skips lists, and pairs in them, whose features are too far apart at the start to meet. A
-  // closest point travels no farther than the fastest corner of its feature.
+  // closest point travels no farther than the corner of its feature that travels farthest.
   const double reach = 1.01 * model_.gap_floor + list.used;
   list.cost += ListCosts::list;
   if (list.change + reach < list.nearest) return;

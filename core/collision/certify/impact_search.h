@@ -1,6 +1,7 @@
 // Finds the impacts of a step: pairs of features for which continuous collision detection cannot
-// prove that they stay farther apart than the gap floor during x0 -> x1. Candidates come from the
-// neighbour lists, or from the broad phase for surface pairs without lists; see also share().
+// prove that they stay farther apart than the gap floor during the motion x0 -> x1. Candidates come
+// from the neighbour lists, or from the broad phase for surface pairs without lists; see also
+// share().
 #pragma once
 
 #include <vector>
@@ -28,7 +29,7 @@ class ImpactSearch {
   // Collective. Each rank tests a share of the pairs, and all ranks receive all impacts. Returns
   // the impacts sorted by (kind, key). Excludes pairs that touch at x0, pairs without a movable
   // vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only pairs with
-  // a changed vertex. Updates the lists, if used, to x0.
+  // a changed vertex. If the search uses the lists, they are updated to x0.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double share_of_time = 0.8;  // fraction of the motion up to the impact that a unit keeps
 constexpr int partial_passes = 8;      // later passes withhold all of a unit's relative motion
-// Number of the last pass, counted from 0. Impacts that cannot be resolved could recur forever.
+// Index of the last pass, counted from 0. The number of passes is bounded, because impacts that
+// cannot be resolved could recur forever.
 constexpr int most_passes = 40;
 
 // Gives a common carrier to units that still collide although all their relative motion is
@@ -53,9 +54,9 @@ void withhold_units(const StepImpact& impact, Displacements& displacements) {
 }
 
 // Last resort if impacts remain. Bodies and obstacles may then pass through cloth, but cloth must
-// not pass through cloth. Withholds all motion of the movable vertices in impacts between cloth and
-// cloth. Each pass leaves fewer moving vertices, so the loop ends. In the impacts between
-// cloth and cloth that remain, only prescribed vertices move.
+// not pass through cloth. Withholds all motion of the movable vertices in impacts of cloth with
+// cloth. Each pass leaves fewer moving vertices, so the loop ends. In the impacts of cloth with
+// cloth that remain, only prescribed vertices move.
 void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                            const Points& x1, Displacements& displacements) {
   const CollisionModel& model = search.model();

@@ -11,9 +11,9 @@
 
 namespace loomstone {
 
-// Withholds motion of movable vertices and of whole free bodies. A vertex that a moving obstacle
-// hits follows the obstacle, at first loses only its relative motion, and is tested again. Returns
-// a report whose `impacts` the caller must set.
+// Withholds motion of movable vertices and of whole free bodies. A vertex that collides with a
+// moving obstacle follows the obstacle. At first, it loses only its motion relative to the obstacle
+// and is tested again. Returns a report whose `impacts` the caller must set.
 CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                               std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 

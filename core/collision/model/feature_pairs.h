@@ -33,7 +33,7 @@ inline std::uint64_t pair_order(ContactKind kind, PairKey key) {
   return static_cast<std::uint64_t>(kind) << 62 | (key >> 32) << 31 | (key & 0x7fffffffu);
 }
 
-// The same for any object with members kind, a and b, such as a contact.
+// Returns the same number for any type with members kind, a and b, such as Contact.
 template <class Pair>
 std::uint64_t pair_order(const Pair& pair) {
   return pair_order(pair.kind, pair_key(pair.a, pair.b));

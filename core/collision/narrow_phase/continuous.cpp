@@ -96,7 +96,7 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
       differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0)
     return {};
 
-  // A motion that is still undecided after all passes, such as a grazing one, counts as a hit.
+  // A motion that is undecided after all passes, such as a grazing one, counts as an impact.
   constexpr int max_passes = 100;
   Impact impact;
   double time = 0.0, floor = 0.0;

@@ -4,8 +4,8 @@
 // n . (a_i(t) - b_j(t)) > floor for all points a_i of a and b_j of b. The left-hand side is linear
 // in t, so the time at which separation ends has a closed form. The method advances to this time
 // and chooses a new normal there. The advance is repeated, as in additive continuous collision
-// detection [Li2021]. A motion without a proof of separation counts as a hit. The proof allows for
-// rounding.
+// detection [Li2021]. A motion without a proof of separation counts as an impact. The proof allows
+// for rounding.
 #pragma once
 
 #include <array>
@@ -21,16 +21,16 @@ using MovingPoints = std::array<Vec3, 8>;
 struct Impact {
   bool hit = false;
   bool touching = false;  // the distance at the start is at or below the floor, up to rounding
-  // Lower bound on the first time in [0, 1] at which the distance is at most the floor; 1 without a
-  // hit.
+  // Lower bound on the first time in [0, 1] at which the distance is at most the floor; 1 without
+  // an impact.
   double time = 1.0;
-  double start_distance = 0.0;      // [m]; set only for a hit
-  std::array<double, 4> weights{};  // weights of the closest points at `time`; set only for a hit
-  Vec3 normal = Vec3::Zero();       // unit, from b to a at `time`; set only for a hit
+  double start_distance = 0.0;      // [m]; set only if `hit` is true
+  std::array<double, 4> weights{};  // weights of the closest points at `time`, if `hit`
+  Vec3 normal = Vec3::Zero();       // unit normal from b to a at `time`, if `hit`
 };
 
-// Both functions return a hit if the distance is at most `floor` [m] at some time in [0, 1]. They
-// also return a hit if they cannot prove separation.
+// Both functions return an impact if the distance is at most `floor` [m] at some time in [0, 1].
+// They also return one if they cannot prove separation.
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 

@@ -6,7 +6,7 @@
 namespace loomstone {
 
 // Let r be the vector between points of the two edges a and b at the parameters s and t. Let f and
-// g be the products r . a and r . b. If inner points are closest, and closer than `thickness`,
+// g be the products r . a and r . b. If interior points are closest, and closer than `thickness`,
 // after a relative motion of at most m, f and g vanish at these points. Before the motion, |f| was
 // at most m (|a| + 2 thickness), because r differed by at most m and a by at most 2 m. For g, the
 // same holds with |b|. Both products are linear in s and t, and so are their combinations without s

@@ -13,9 +13,9 @@ struct ClosestPair {
   std::array<double, 4> weights;  // weights of the four points, in the given order
   Vec3 difference;                // from the closest point of b to the closest point of a [m]
   double distance;                // [m]
-  // The projection of the vertex onto the plane of the face lies in the face, or the closest points
-  // of the lines through the edges lie on both edges. Sides and ends are included. Always false for
-  // a sliver face, and may be false for nearly parallel edges.
+  // True if the projection of the vertex onto the plane of the face lies in the face, or if the
+  // closest points of the lines through the edges lie on both edges. Sides and ends are included.
+  // Always false for a sliver face, and may be false for nearly parallel edges.
   bool interior;
 };
 

@@ -27,8 +27,8 @@ struct Polygon {
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;
 
-// Bernstein coefficients, with error bounds, of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of
-// the volume that the corners 0, 1 and 2 of the polygon span, which is cubic in t.
+// Bernstein coefficients and their error bounds. Each side c_k x c_(k+1) is quadratic in time, and
+// the volume that the corners 0, 1 and 2 of the polygon span is cubic.
 template <class Lanes>
 struct Curves {
   Lanes side[3][n_packs];
@@ -154,7 +154,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
         inside = inside || positive == 15u || negative == 15u;
       }
       if (inside && ((v[0] > error && v[3] < -error) || (v[0] < -error && v[3] > error))) {
-        // The features meet. Bisection sharpens the lower bound of the time.
+        // The features meet. Bisection sharpens the lower bound on the contact time.
         double end = high;
         for (int i = 0; i < 30 && end - low > 1e-9 * end; ++i) {
           const double middle = 0.5 * (low + end);

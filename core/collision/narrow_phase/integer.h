@@ -62,8 +62,8 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // Limbs from the lowest to the highest. The highest limb of a result is not zero. Limbs are
-  // stored inline until there are more than `in_place`. All of them are then on the heap.
+  // Limbs from the lowest to the highest. The highest limb of a result is not zero. Up to
+  // `in_place` limbs are stored inline. If there are more, all limbs are on the heap.
   class Limbs {
    public:
     Limbs() {}

@@ -1,7 +1,7 @@
 // Computes the exact signs of a polynomial at the roots of another polynomial in [0, 1]. A
-// polynomial of degree n is stored as the coefficients c_i of sum_i c_i t^i (1 - t)^(n - i). For 0
-// < t < 1, it has the sign of sum_i c_i x^i at x = t / (1 - t) > 0. Roots are isolated by bisection
-// and Descartes' rule of signs in the Bernstein basis [LaneRiesenfeld1981].
+// polynomial of degree n is stored as the coefficients c_i of sum_i c_i t^i (1 - t)^(n - i). For t
+// between 0 and 1, it has the sign of sum_i c_i x^i at x = t / (1 - t) > 0. Roots are isolated by
+// bisection and Descartes' rule of signs in the Bernstein basis [LaneRiesenfeld1981].
 #pragma once
 
 #include <functional>
@@ -33,7 +33,7 @@ class AlgebraicTime {
   friend bool any_root(const Polynomial&, const std::function<bool(const AlgebraicTime&)>&);
 
   // Middle is the midpoint of the interval to which the path leads. Root is the only root of
-  // `polynomial` inside that interval. The polynomial has no double roots.
+  // polynomial_ inside that interval. polynomial_ has no double roots.
   enum class Kind { Start, End, Middle, Root };
   using Path = std::vector<bool>;  // bisections of [0, 1]; true: upper half
 

@@ -30,7 +30,7 @@ LOOMSTONE_INLINE Lanes3<Lanes> difference(const QueryBatch& q, int i, int j) {
                lanes3_load<Lanes>(q.x[j][0], query_lanes));
 }
 
-// BatchDifferences a_i - b_j of the points of two features at both ends of the step. The features
+// Differences a_i - b_j of the points of two features at both ends of the step. The features
 // are separated if all differences lie on one side of the origin along some direction.
 template <class Lanes, int N>
 struct BatchDifferences {
@@ -67,8 +67,8 @@ template <class Lanes>
 LOOMSTONE_INLINE unsigned apart_vertex_face(const QueryBatch& batch) {
   BatchDifferences<Lanes, 3> d;
   for (int j = 0; j < 3; ++j) d.set(batch, j, 0, 1 + j);
-  // The first direction is the face normal at half time, up to a factor. The second direction is
-  // the line of centres.
+  // The first direction is the face normal at the middle of the step, up to a factor. The second
+  // direction is the line of centres.
   const auto first =
       d.separated_by(cross(minus(d.middle(1), d.middle(0)), minus(d.middle(2), d.middle(0))));
   if (lanes_bits(first) == 0xffu) return 0xffu;

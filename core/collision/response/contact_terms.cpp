@@ -197,7 +197,7 @@ FrictionError ContactTerms::friction_at(const Team& team, const Points& displace
         const double along = n.dot(moved), k = law.share * tangential_;
         ContactForce normal = force_at_start(law);
         // Near the onset of the law, a contact is too soft to stop even a gentle motion within the
-        // step. It counts as closing only if it has been stiffened (see contact_stiffness()).
+        // step. Such a contact counts as closing only if contact_stiffness() has stiffened it.
         const bool resists =
             law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
         const bool closes = resists && law.distance + along < closing * law.distance;
@@ -247,7 +247,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
     Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);
-    // The slip rotates with a surface that is a rigidly moving body or obstacle.
+    // If a surface of the contact is a rigidly moving body or obstacle, the slip rotates with it.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
       if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;

@@ -33,7 +33,7 @@ struct ContactLaw {
 struct FrictionError {
   enum { Wrong, Limit, Closing, n_sums };
   // Sums over contacts: error of friction [N], friction limit [N], and number of contacts that
-  // would close.
+  // would close (see `closing` in contact_terms.cpp).
   std::array<BinnedSum, n_sums> sums;
 
   // Returns 1 if any contact would close. Otherwise returns the first sum divided by the second

@@ -17,12 +17,12 @@ namespace {
 // Smallest distance in the force law, as a fraction of the thickness. It keeps forces finite if
 // features touch at the start.
 constexpr double least_distance = 1e-6;
-// An edge contact has the share 1 under two conditions. The closest points are farther from the
-// ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
-// edges exceeds `parallel_fade`.
+// An edge contact has the share 1 if each closest point is farther from the ends of its edge than
+// the fraction `end_fade` of the edge, and if the squared sine of the angle between the edges
+// exceeds `parallel_fade`.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
-// Largest stiffness of a contact, in units of the model's stiffness. With stiffer contacts,
-// matrices that the solver sums in single precision could become indefinite.
+// Largest stiffness of a contact, in units of the model's contact stiffness. With stiffer contacts,
+// the matrix could lose positive definiteness in single precision.
 constexpr double stiffest = 1e4;
 
 double smooth_step(double x) {
@@ -119,8 +119,8 @@ class ContactFinder {
   }
 
   // Returns the distance [m] of two features of surface pair i. Appends their contact to `out` if
-  // they are closer than the thickness. Two edges have a contact only if they are closest inside
-  // both edges and neither surface is smooth.
+  // they are closer than the thickness. Two edges have a contact only if their closest points lie
+  // inside both edges and neither surface is smooth.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);
@@ -177,7 +177,7 @@ class ContactFinder {
             selection_->totals(model_, pairs_, found.elements)};
   }
 
-  // Returns the same for contacts in any order.
+  // Like finish() above, but takes the contacts of all ranks in any order.
   ContactSet finish(std::vector<FoundContact> found) const {
     if (!selection_) return whole(in_order(found));
     const std::size_t n = found.size();
@@ -186,7 +186,7 @@ class ContactFinder {
             selection_->totals(model_, pairs_, all.elements)};
   }
 
-  // Returns the contacts of chosen(), and their totals. `found` must be sorted.
+  // Returns the contacts that chosen() returns, and their totals. `found` must be sorted.
   ContactSet whole(const std::vector<FoundContact>& found) const {
     ContactSet set{chosen(found), {}};
     set.all = totals_of(model_, set.contacts);
@@ -354,7 +354,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
   double thickness = -1.0, of_half = 0.0;  // of the last contact: xi and 3/8 xi [m]
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    double pressing = 0.0;  // larger of the forces that press a free feature to the other [N]
+    double pressing = 0.0;  // larger of the forces that press a free feature onto the other [N]
     for (const int side : {0, 1}) {
       double force = 0.0;
       bool free = true;

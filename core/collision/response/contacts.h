@@ -30,7 +30,7 @@ struct ContactSearch {
 
 // Collective. Finds the contacts at x. Each rank computes the distances of the pairs in its lists
 // and of the unlisted pairs that it finds, and receives the contacts of all ranks. update() or
-// begin_update() of `lists` must have been called with x. Updates `lists`.
+// begin_update() of `lists` must have been called with x. Stores the distances in `lists`.
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          NeighbourLists& lists);
 // Collective. Returns the same contacts as the function above, but uses no lists. Instead, the

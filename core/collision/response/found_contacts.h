@@ -36,18 +36,17 @@ std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts);
 // Properties of the contacts of all ranks together.
 struct ContactTotals {
   std::int64_t n = 0;    // number of contacts
-  bool pressed = false;  // some contact is closer than half its thickness
-  // A vertex of cloth or of a body is in contact with a face. Some contact then has a positive
-  // share and acts on a row.
+  bool pressed = false;  // true: some contact is closer than half its thickness
+  // True if a vertex of cloth or of a body is in contact with a face. Some contact then has a
+  // positive share and acts on a row.
   bool vertex_on_face = false;
   // Pairs of surfaces in contact. The smaller index comes first, and the pairs are sorted.
   std::vector<std::array<Index, 2>> surfaces;
 };
 
-// Returns the totals of contacts.
+// Returns the totals of `contacts`. They are those of all ranks only if `contacts` is complete.
 ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts);
-// Returns the totals of the contacts of all ranks. `parts` contains those of each rank; no contact
-// may belong to two of them.
+// Returns the totals of a set of contacts from `parts`, the totals of subsets that do not overlap.
 ContactTotals joined(const std::vector<ContactTotals>& parts);
 
 // Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with a
@@ -60,8 +59,8 @@ class ContactSelection {
 
   // Returns the kept contacts. They are in order if the contacts of each rank are sorted.
   std::vector<FoundContact> kept(const CollisionModel& model, const Gathered<FoundContact>& found);
-  // Returns the totals of `found`, the contacts of all ranks. In their number, all contacts of a
-  // vertex with one smooth surface count once.
+  // Returns the totals of `found`, the contacts of all ranks. ContactTotals::n counts all contacts
+  // of a vertex with one smooth surface as one.
   ContactTotals totals(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        const std::vector<FoundContact>& found) const;
   IndexRange rows() const { return rows_; }
@@ -72,7 +71,8 @@ class ContactSelection {
 
   const IndexRange rows_;
   std::vector<std::uint8_t> moves_;  // (vertices) bits of Moves
-  std::vector<std::uint8_t> group_;  // (vertices) scratch: all contacts with faces are kept
+  // (vertices) 1: all contacts of the vertex with faces are kept. Scratch memory of kept().
+  std::vector<std::uint8_t> group_;
 };
 
 }  // namespace loomstone

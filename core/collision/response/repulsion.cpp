@@ -18,7 +18,7 @@ constexpr double rest_gap = 0.999;  // as a fraction of the thickness
 // stiffness would restore.
 constexpr double largest_restored = 0.1;
 constexpr int most_sweeps = 30;
-constexpr double tolerance = 1e-4;  // largest gap change in the last sweep / ImpulseContact::scale
+constexpr double tolerance = 1e-4;  // of Impulses::solve(), relative to ImpulseContact::scale
 
 }  // namespace
 

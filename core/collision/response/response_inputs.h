@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// Velocities of collision vertices [m/s]. They are computed where they are read, because only the
-// vertices of contacts need them.
+// Velocities of collision vertices [m/s]. They are computed when they are read, because usually
+// only those of vertices in contact are needed.
 class VertexVelocities {
  public:
   using Of = std::function<Eigen::RowVector3d(Index vertex)>;

@@ -9,9 +9,9 @@ namespace loomstone {
 
 class SmoothNormals {
  public:
-  // Finds the area-weighted unit vertex normals of smooth surfaces at x, and returns this object.
+  // Computes the area-weighted unit vertex normals of smooth surfaces at x. Returns this object.
   const SmoothNormals& at(const CollisionModel& model, const Points& x);
-  bool empty() const { return normals_.rows() == 0; }  // at() has found no smooth surface
+  bool empty() const { return normals_.rows() == 0; }  // true: at() has found no smooth surface
   // Returns the normal of a vertex of a smooth surface.
   auto of(Index vertex) const { return normals_.row(vertex - first_); }
   std::size_t bytes() const { return bytes_of(x_, normals_); }

@@ -1,5 +1,5 @@
-// Expresses a weighted sum of velocities of collision vertices by the unknowns of the implicit
-// solve.
+// Expresses a weighted sum of velocities of collision vertices in terms of the unknowns of the
+// implicit solve.
 #pragma once
 
 #include <span>

@@ -29,14 +29,15 @@ struct Piercing {
   // Unit direction in which the edge must move relative to the triangle, or zero if it is not
   // known.
   Vec3 way_out = Vec3::Zero();
-  double thickness = 0.0;  // mean thickness of both surfaces [m]
+  double thickness = 0.0;  // mean thickness of the two surfaces [m]
   double segment = 0.0;    // half the total length of the contour segments at this point [m]
 };
 
 // Retraction of a surface of which a large part has passed through another surface.
 struct Retraction {
-  std::vector<Index> inner;  // all vertices of the connected surface that contains this part
-  // All vertices of the connected surface that the part has passed through.
+  // All vertices of the connected surface of which a part has passed through `outer`.
+  std::vector<Index> inner;
+  // All vertices of the connected surface that this part has passed through.
   std::vector<Index> outer;
   int contour = -1;               // index of the first piercing of the contour
   Vec3 point = Vec3::Zero();      // mean point where edges of `inner` pierce `outer` [m]
@@ -80,7 +81,7 @@ class TangleFinder {
   struct Cut {
     // (edges) 1: the contour crosses the edge an odd number of times.
     std::vector<std::uint8_t> through;
-    std::vector<int> part;     // (n) part that contains each vertex, -1: not searched
+    std::vector<int> part;     // (n) part that contains each vertex; -1: not reached
     std::vector<double> size;  // area of each part [m^2]
   };
   void cut_off(const Points& x, Tangle& tangle) const;

@@ -9,8 +9,9 @@ namespace loomstone {
 
 namespace {
 
-// Width of the zone around a contour and the parts that have passed through, as a number of edges.
-// In this zone, pairs of a feature of such a part and a feature of another part are ignored.
+// Width, as a number of edges, of the zone around a contour and around the parts that have passed
+// through. In this zone, pairs of a feature of such a part and a feature of another part are
+// ignored.
 constexpr int rounds_around = 2;
 // The surface of a part that has passed through is retracted as a whole only if all of these hold:
 //   the contour is at least `least_length` times as long as the square root of the surface's area;
