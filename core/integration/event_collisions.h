@@ -18,8 +18,8 @@ class EventCollisions {
   // Changes the velocities of vertices and bodies at a tick. Where EventMotion::ahead() or
   // body_ahead() is not 0, the position belongs to another time and changes with the velocity.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
-  // The same in an event of a queue, only for the pairs of features that contain a free vertex of
-  // `vertices`.
+  // Does the same in an event of a queue, but only for pairs of features that contain a free vertex
+  // of `vertices`.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

@@ -12,7 +12,7 @@ namespace loomstone {
 class ExplicitBending {
  public:
   // A second-order scheme extrapolates the forces from the starts of the last step and of this one
-  // to SchemeCoefficients::time. Otherwise it would have order 1, and would amplify oscillations.
+  // to SchemeCoefficients::time. Otherwise, it would have order 1 and amplify oscillations more.
   explicit ExplicitBending(bool second_order) : second_order_(second_order) {}
 
   // The rows [begin, end), the length of the step, and SchemeCoefficients::time [s].

@@ -54,21 +54,23 @@ double largest_bending_damping(const ClothModel& model) {
 // Rate at which schemes without damping may amplify oscillations of explicit bending [1/s].
 constexpr double tolerated_growth = 0.01;
 
-// Returns whether explicit bending would be unstable. Let lambda be the largest eigenvalue of M^-1
-// K for bending, beta its damping and s = h (h + 2 beta) lambda.
+// Returns whether bending is implicit. BendingInStep::Auto makes it implicit if explicit bending
+// would be unstable or amplify oscillations faster than tolerated_growth. Let lambda be the
+// largest eigenvalue of M^-1 K for bending, beta its damping and s = h (h + 2 beta) lambda.
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
   const ImplicitOptions& implicit = *options.implicit();
   if (implicit.bending != BendingInStep::Auto) return implicit.bending == BendingInStep::Implicit;
   const double h = implicit.step.given.value();
   const double s =
       h * (h + 2.0 * largest_bending_damping(model)) * Elasticity::bending_eigenvalue(model);
-  // These schemes extrapolate the force, and amplify every oscillation. In a step, amplitudes grow
-  // by about s^2 / 8 (midpoint) or s^2 / 4 (BDF-2).
+  // Midpoint and BDF-2 extrapolate the force and amplify every oscillation. In a step, amplitudes
+  // grow by a fraction of about s^2 / 8 (midpoint) or s^2 / 4 (BDF-2).
   if (options.is<ImplicitMidpoint>() || options.is<NonlinearMidpoint>())
     return s * s / 8.0 > h * tolerated_growth;
   if (options.is<Bdf2>()) return s * s / 4.0 > h * tolerated_growth;
-  // If the force, with its damping part beta K v, is evaluated at the start of the step, symplectic
-  // Euler is stable for s < 4. The factor 0.8 is a safety margin.
+  // If the bending force, with its damping part beta K v, is evaluated at the start of the step,
+  // the Euler schemes integrate bending by symplectic Euler, which is stable for s < 4. The factor
+  // 0.8 is a safety margin.
   const double limit = 0.8 * 2.0;
   return s > limit * limit;
 }

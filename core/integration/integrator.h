@@ -80,7 +80,7 @@ struct StepInputs {
 
   // Returns whether any rank has terms of contacts. The midpoint rules then take the step by
   // backward Euler: cloth on stiff contacts would not come to rest, and contacts that close within
-  // a step would give energy to the nonlinear rule, which tests them at the middle of the step.
+  // a step would add energy in the nonlinear rule, which evaluates them at the middle of the step.
   bool in_contact() const { return friction_at != nullptr; }
 };
 
@@ -109,8 +109,7 @@ class Integrator {
   virtual ~Integrator() = default;
   // Advances state.x and state.v by one step, in all rows on all ranks. On entry, body_velocity
   // (2 b x 3) contains the velocities predicted from the loads on the bodies. Implicit and
-  // asynchronous schemes add to them the action of the cloth. Throws SolverFailure if the step
-  // fails.
+  // asynchronous schemes add the changes due to the cloth. Throws SolverFailure if the step fails.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
@@ -142,11 +141,12 @@ class Integrator {
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
-// Returns how bending enters the step. BendingInStep::Auto selects implicit bending if explicit
-// bending would be unstable in the Euler schemes, and if it would amplify oscillations noticeably
-// within seconds in midpoint and BDF-2, which amplify them at every step. With implicit bending,
-// semi-implicit Euler uses the lumped bending stiffness, unless bending is damped or the Jacobian
-// is exact. Explicit and asynchronous schemes always treat bending explicitly.
+// Returns how bending enters the step. In the implicit Euler schemes, BendingInStep::Auto selects
+// implicit bending if explicit bending would be unstable. In midpoint and BDF-2, explicit bending
+// amplifies oscillations in every step, and Auto selects implicit bending if amplitudes would grow
+// by more than 1 % per second. With implicit bending, semi-implicit Euler uses the lumped bending
+// stiffness, unless bending is damped or the Jacobian is exact. Explicit and asynchronous schemes
+// always treat bending explicitly.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

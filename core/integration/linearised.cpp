@@ -29,9 +29,9 @@ constexpr double friction_tolerance = 0.1;
 // friction may have an error of a tenth, so a tolerance of a hundredth is accurate enough.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
-// iterations as in motion. Residuals are therefore related to at least this part of the momentum
-// that gravity gives to free cloth in the step. With the default tolerance, accelerations of cloth
-// at rest are then wrong by about 1e-5 g.
+// iterations as in motion. The tolerance is therefore relative to at least this fraction of the
+// momentum that gravity gives to freely falling cloth in the step. With the default tolerance,
+// accelerations of cloth at rest are then wrong by about 1e-5 g.
 constexpr double negligible_part = 0.1;
 
 class LinearisedIntegrator final : public Integrator {
@@ -62,8 +62,8 @@ class LinearisedIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    // Length of this step divided by that of the last one, or 1 if that is unknown. BDF-2 is
-    // unstable for ratios above 1 + sqrt(2) = 2.41. Without history, it takes a midpoint step.
+    // Length of this step divided by that of the last one, or 1 if the latter is unknown. BDF-2
+    // is unstable for ratios above 1 + sqrt(2) = 2.41. Without history, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const bool damp = inputs.damped || (scheme_ == Scheme::Midpoint && inputs.in_contact());
@@ -96,7 +96,7 @@ class LinearisedIntegrator final : public Integrator {
     SchemeCoefficients c;
     Index n;                  // number of cloth vertices
     Points& change;           // (rows x 3) dv [m/s], at first that of the last step
-    bool has_change = false;  // `change` contains that of the last step
+    bool has_change = false;  // true: on entry, `change` contains dv of the last step
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force
@@ -280,16 +280,16 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   Scheme scheme_;
-  Scheme taken_;  // scheme of the last step, see advance()
+  Scheme taken_;  // scheme by which advance() took the last step
   JacobianKind kind_;
   const ClothModel& model_;
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the geometric term of the Jacobian excludes from the stress the strain that the last
-  // step neglected (see PastMotion). This reduces the damping of snapping wrinkles. It is false if
-  // the error of steps is not bounded, and for schemes other than backward Euler. In those schemes,
-  // forces would turn less than the cloth does, which adds energy.
+  // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
+  // neglected (see PastMotion). This reduces the damping of snapping wrinkles. False if the error
+  // of steps is not bounded, and for schemes other than backward Euler. In those schemes, forces
+  // would turn less than the cloth does, which adds energy.
   bool corrects_stress_;
   ExplicitBending bending_;
   StepSolve solver_;

@@ -23,9 +23,9 @@ constexpr double roughly_known = 0.1;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
-// A residual that no step lowers is accepted if it and the fraction default_tolerance of its scale
-// are at most this multiple of its rounding error. Our choice: residuals at which the loop ends are
-// one to three times the rounding error.
+// A residual that no step lowers is accepted if both the residual and `default_tolerance` times its
+// scale are at most `rounding_tolerance` times its rounding error. Our choice: residuals at which
+// the loop ends are one to three times the rounding error.
 constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {
@@ -131,8 +131,8 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Iterates until the residual relative to `scale` is below the tolerance. Friction limits use the
-  // normal forces at the start of the step until the residual has fallen to the fraction
-  // roughly_known. Without loads, `scale` may itself be a rounding error, and the loop ends where
+  // normal forces at the start of the step until the residual has fallen to roughly_known times its
+  // initial value. Without loads, `scale` may itself be a rounding error, and the loop ends where
   // no step lowers the residual.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
@@ -373,7 +373,7 @@ class NewtonIntegrator final : public Integrator {
     place_fixed(step.inputs, state.x);
   }
 
-  bool midpoint_;  // the last step was a midpoint step
+  bool midpoint_;  // true: the current or last step is a midpoint step
   Scheme scheme_;
   ExplicitBending bending_;
   std::string_view name_;

@@ -11,8 +11,8 @@
 namespace loomstone {
 
 // The system (A + c_k sum J^T H J + body masses) x = rhs. A is the matrix of `elasticity`. The sum
-// is over the extra terms of `inputs`, with J and H as in core/linalg/extra_terms.h. Fixed rows
-// keep their value of x.
+// is over the extra terms of `inputs`, with J and H as in core/linalg/extra_terms.h. Rows of
+// prescribed motion keep their value of x.
 struct StepSystem {
   const StepInputs& inputs;
   Elasticity& elasticity;
@@ -27,7 +27,7 @@ class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
-  // Returns the halo of this rank for products with `matrix`. It is found again only if the number
+  // Returns the halo of this rank for products with `matrix`. It is recomputed only if the number
   // of blocks changes.
   const Halo& halo(const BlockMatrix& matrix, const RowLayout& layout) {
     if (halo_blocks_ != matrix.n_blocks()) {  // the pattern depends only on the mesh

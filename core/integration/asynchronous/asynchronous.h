@@ -45,7 +45,7 @@ class AsynchronousIntegrator : public Integrator {
   std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
   const Asynchronous options_;
   ElementSteps steps_;
-  std::unique_ptr<LimitImpulses> impulses_;  // null: none
+  std::unique_ptr<LimitImpulses> impulses_;  // null: strain limits do not act by impulses
   std::vector<BendingMesh> meshes_;
   Vector bending_;       // (m) longest steps of bending [s]
   Points load_;          // (n x 3) forces that do not change within the interval [N]

@@ -58,7 +58,7 @@ class AttachedBodies {
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
     // Velocities of the body when its vertices were last updated [m/s, rad/s].
     Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
-    double elapsed = 0.0;  // time of the positions since the start of the interval [s]
+    double elapsed = 0.0;  // time from the start of the interval to the present pose [s]
   };
   void join(Index body, Points& v);
   void place(Index body, Points* x, Points& v);

@@ -33,9 +33,9 @@ class BendingGroup {
   double eigenvalue(const Vector& mass) const;  // largest eigenvalue of M^-1 K at rest [1/s^2]
   double damping() const { return damping_; }   // largest bending damping beta [s]
 
-  // The impulses of the forces over the time h [s]. If `start` is true, damping acts on the present
-  // velocities. Otherwise, it acts on the mean velocities since the last kick, which took place
-  // `since` [s] ago.
+  // A kick by the impulses of the forces over the time h [s]. If `start` is true, damping acts on
+  // the present velocities. Otherwise, it acts on the mean velocities since the last kick, which
+  // took place `since` [s] ago.
   struct Kick {
     double h, since;
     bool start;

@@ -62,7 +62,7 @@ class LevelMembrane {
 
   Membrane membrane_;
   std::vector<Index> order_;    // triangles in the order of the batches
-  std::vector<Index> batches_;  // 0, 1, 2, ...
+  std::vector<Index> batches_;  // indices of all batches: 0, 1, 2, ...
   // (levels) End of the batches of each level. Batches of the finest level come first.
   std::vector<Index> batch_end_;
   std::vector<Index> slot_start_;

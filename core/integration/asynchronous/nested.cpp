@@ -34,7 +34,7 @@ struct LevelVertices {
 // Levels of the triangles for an interval, and the tables that depend on them.
 struct Plan {
   double interval = 0.0;             // [s]
-  Index base = 1;                    // a level has base * 2^level steps in the interval
+  Index base = 1;                    // level k has base * 2^k steps in the interval
   std::vector<std::uint8_t> wanted;  // (m) coarsest levels that the steps of the triangles permit
   std::vector<std::uint8_t> level;   // (m) levels of the triangles, not coarser than `wanted`
   std::vector<double> step_of;       // (levels) step of each level [s]
@@ -53,9 +53,9 @@ struct MovedPins {
   std::vector<Index> rows;  // empty if none of them moves
   Points velocity;          // prescribed velocities [m/s]
   const Vector& mass;
-  double work = 0.0;  // without the kinetic energy of these vertices [J]
+  double work = 0.0;  // excludes changes of the kinetic energy of these vertices [J]
 
-  // Takes back the impulses that the rows have received.
+  // Undoes the impulses that the rows have received, and adds the script's work against them.
   void absorb(Points& v) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Index i = rows[k];
@@ -78,7 +78,7 @@ struct NestedCloth {
   EventCollisions* collisions;  // may be null
   Points &x, &v, &kicks;
   bool start = true;
-  std::vector<double> ahead = {};  // (levels) see EventMotion
+  std::vector<double> ahead = {};  // (levels) see EventMotion::Levels
 
   void measure(int first, bool at_start) {
     start = at_start;
@@ -162,8 +162,9 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     return taken;
   }
 
-  // Lists the prescribed vertices if any of them moves. Returns inverse masses by which impulses
-  // then change their velocities, too, until MovedPins::absorb().
+  // Lists the prescribed vertices in `pins` if any of them moves. Returns the inverse masses (n)
+  // [1/kg], which are positive for listed vertices: impulses change their velocities until
+  // MovedPins::absorb() undoes this.
   Vector find_pins(const Points& v, MovedPins& pins) const {
     Vector inverse = inverse_mass_;
     for (Index i = 0; i < inverse.size(); ++i)

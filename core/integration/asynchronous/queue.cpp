@@ -1,5 +1,5 @@
-// Asynchronous variational integrator as in [Thomaszewski2010], 4.2: every triangle has a step of
-// its own, and a queue orders the events.
+// Asynchronous variational integrator as in section 4.2 of [Thomaszewski2010]: every triangle has
+// its own step, and a queue orders the events.
 #include <algorithm>
 #include <utility>
 
@@ -11,7 +11,7 @@ namespace loomstone {
 
 namespace {
 
-// A membrane with one triangle in all lanes of each batch.
+// Returns a membrane in which all lanes of a batch contain the same triangle.
 Membrane spread_membrane(const ClothModel& model) {
   const auto m = static_cast<Index>(model.triangles.rows());
   Triangles triangles(n_lanes * m, 3);
@@ -115,9 +115,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     return phases;
   }
 
-  // Adds groups of bending. If `together` is true, each triangle has a group, which acts at the
-  // events of the triangle. Otherwise, each run of triangles with the same step has a group with
-  // events of its own.
+  // Adds the bending groups of a mesh. If `together` is true, each triangle has a group, which acts
+  // at the events of the triangle. Otherwise, each run of triangles with the same step has a group
+  // with its own events.
   void add_groups(const BendingMesh& mesh, bool together) {
     const auto m = static_cast<Index>(mesh.triangles.size());
     for (Index first = 0, last = 0; first < m; first = last) {
@@ -171,9 +171,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
            std::any_of(groups_.begin(), groups_.end(),
                        [](const auto& group) { return group.damping() > 0; });
   }
-  // The positions at the last events of all elements are rows of the state: corners of the
-  // triangles, then vertices of the groups. If the state has no such rows or `refill` is true, they
-  // are set to the positions at the start of the interval.
+  // ClothState::element_positions contains the positions at the last events of all elements:
+  // corners of the triangles, then vertices of the groups. If it is empty or `refill` is true,
+  // these positions are set to those at the start of the interval.
   void begin_damping(bool refill, ClothState& state) {
     if (!damped()) return;
     Points& rows = state.element_positions;
