@@ -26,7 +26,7 @@ LOOMSTONE_INLINE double dots(Index first, Index last, const float* a, const floa
   return quad_sum(sum);
 }
 
-// Returns the pairs of all ranks, sorted and without duplicates. Collective.
+// Returns the pairs `mine` of all ranks together, sorted and without duplicates. Collective.
 std::vector<std::pair<Index, Index>> pairs_of_all(
     const Communicator& ranks, const std::vector<std::pair<Index, Index>>& mine) {
   std::vector<std::size_t> starts(ranks.size() + 1, 0), by_rank(ranks.size() + 1);
@@ -179,9 +179,9 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system,
   factorise();
 }
 
-// Inverts the diagonal blocks of all levels. Blocks must have been summed to all levels before,
-// because this function replaces some blocks by the identity, which must not enter coarser levels.
-// Returns false on all ranks if a block of any rank is not positive definite. Collective.
+// Inverts the diagonal blocks of all levels. The matrices of all levels must already have been
+// summed, because this function replaces some blocks by the identity, which must not enter coarser
+// levels. Returns false on all ranks if a block of any rank is not positive definite. Collective.
 bool AggregationMultigrid::invert(const RowLayout& layout) {
   const bool mine = std::all_of(levels_.begin(), levels_.end(),
                                 [](MultigridLevel& level) { return level.invert_diagonal(); });
@@ -277,7 +277,7 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
     const LinearSystem& system) const {
   Couplings wanted;
   const auto owns = [&](Index node) { return node >= owned_.begin && node < owned_.end; };
-  // The owners of two aggregates know whether the matrix couples them.
+  // A pair without an owned aggregate counts as coupled, because other ranks handle it.
   const auto coupled = [&](Index a, Index b) {
     return owns(a) ? plain_.find(a, b) >= 0 : !owns(b) || plain_.find(b, a) >= 0;
   };
@@ -293,9 +293,9 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
 }
 
 // Adds the couplings of terms. Couplings whose terms have vanished are kept until they outnumber
-// the others by more than 64, because separated layers often touch again. Their blocks are zero, so
-// they do not change results. The ranks exchange couplings only if one of them lacks a coupling or
-// has too many couplings without terms.
+// those that have terms by more than 64, because separated layers often touch again. The blocks of
+// couplings without terms are zero and do not change results. The ranks exchange couplings only if
+// a rank lacks a coupling or has too many couplings without terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   const Communicator& ranks = system.layout->communicator();

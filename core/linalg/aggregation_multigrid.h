@@ -79,8 +79,9 @@ class AggregationMultigrid {
 
   // Computes the correction for the residual r. Returns the dot product of r and the correction,
   // computed as r . C r, with the symmetric smoother C of the first level, plus the dot product of
-  // residual and solution on the second level. With a single level, it is the dot product of its
-  // residual and its solution. Also replaces `sum` by its total over all ranks. Collective.
+  // residual and solution on the second level. If there is only one level, returns the dot product
+  // of the residual and the solution on this level. Also replaces `sum` by its total over all
+  // ranks. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {

@@ -9,7 +9,7 @@ namespace loomstone {
 
 BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings,
                          Index begin, Index end) {
-  // List each coupling in both directions and the diagonal, then sort each row and remove
+  // List the diagonal blocks and each coupling in both directions, then sort each row and remove
   // duplicates.
   const auto stored = [&](Index row) { return row >= begin && row < end; };
   std::vector<Index> start(n_rows + 1, 0);
@@ -60,8 +60,9 @@ struct Blocks {
   const double* values;
 };
 
-// Loads each block column with one 4-wide load. The fourth lane is meaningless and is set to zero
-// at the end. Three partial sums, one per column, keep the additions independent.
+// Computes y = A x on the rows [begin, end). Each block column is read by one 4-wide load, whose
+// fourth lane is meaningless; the fourth lane of the sum is set to zero. Three partial sums, one
+// per column, keep the additions independent.
 template <class>
 LOOMSTONE_INLINE void multiply_rows(Index begin, Index end, Blocks matrix, const double* x,
                                     double* y, int stride) {

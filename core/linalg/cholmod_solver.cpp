@@ -5,7 +5,8 @@
 //
 // The factorisation is simplicial by default. It uses only modules of CHOLMOD under the LGPL and no
 // BLAS, so its results do not depend on the installed BLAS. The supernodal factorisation uses dense
-// blocks and BLAS. Its module of CHOLMOD is under the GPL, and libraries may lack it.
+// blocks and BLAS. It needs a module of CHOLMOD that is under the GPL and that some builds of
+// CHOLMOD lack.
 #include <cholmod.h>
 #include <dlfcn.h>
 

@@ -50,8 +50,8 @@ struct ExtraTerm {
       d += entries[e].apply(displacement.row(entries[e].row).transpose());
     return d;
   }
-  // Updates the gradient for this displacement at constant H. Returns the resulting change of the
-  // energy [J].
+  // Updates the gradient for the relative displacement at `time` [s] after the start of the step,
+  // at constant H. Returns the resulting change of the energy [J].
   double move_linearly(const Points& displacement, double time) {
     const Vec3 d = relative_displacement(displacement, time), start = gradient;
     gradient += hessian * d;

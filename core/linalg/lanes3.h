@@ -94,8 +94,8 @@ LOOMSTONE_INLINE void for_each_row(const Lanes3<Vector>& a, const Use& use) {
   }
 }
 
-// Converts to double precision. Halves are converted one by one, because with registers of four
-// doubles, gcc 12 would keep a sum of eight doubles in memory.
+// Converts to double precision. With registers of four doubles, each half is converted separately,
+// because gcc 12 would otherwise keep a sum of eight doubles in memory.
 template <class Wide, class Vector>
 LOOMSTONE_INLINE Wide in_doubles(const Vector& a) {
   if constexpr (in_halves<Wide>)

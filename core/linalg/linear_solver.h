@@ -40,10 +40,11 @@ struct LinearSystem {
 
 struct LinearReport {
   int iterations = 0;
-  // Iterative solvers: sqrt(r . D^-1 r) divided by the larger of its values for the residual for
-  // x = 0 on free rows and for the momentum of `least_change` [1]. r is the residual on free rows
-  // (the iterated one if a loose tolerance ended the solve early), and D consists of the diagonal
-  // blocks. Direct solvers: |r| divided by its value for x = 0 on free rows [1].
+  // Iterative solvers: the norm sqrt(r . D^-1 r) divided by the larger of two norms, that of the
+  // residual for x = 0 on free rows and that of the momentum of `least_change` [1]. r is the
+  // residual on free rows (the iterated one if a loose tolerance ended the solve early), and D
+  // consists of the diagonal blocks. Direct solvers: |r| divided by its value for x = 0 on free
+  // rows [1].
   double residual = 0.0;
   bool converged = true;
 };

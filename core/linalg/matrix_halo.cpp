@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-// Collects the rows to send to and to receive from each rank. halo() sorts the rows and removes
+// Collects the rows to be sent to and received from each rank. halo() sorts the rows and removes
 // duplicates.
 class HaloBuilder {
  public:

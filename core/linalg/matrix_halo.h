@@ -12,7 +12,7 @@ namespace loomstone {
 // halo from the pattern, without communication.
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 
-// Returns the halo of `rank` for other ranges of rows: rank i owns the rows [starts[i],
+// Returns the halo of `rank` for given ranges of rows: rank i owns the rows [starts[i],
 // starts[i + 1]).
 Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts, int rank);
 

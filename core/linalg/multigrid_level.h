@@ -36,8 +36,8 @@ struct MultigridLevel {
   CouplingMatrix<float> couplings;  // copy of the rows of `owned` for the kernels
   // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
   std::vector<float> inverse;
-  // ((nodes + n_spare) x 4) The empty lanes of the slices refer to row n_nodes() of the solution,
-  // which is zero, like all spare rows.
+  // ((nodes + n_spare) x 4) Vectors of the V-cycle. The n_spare rows after the nodes are zero.
+  // Empty lanes of the slices refer to the first of these rows.
   std::vector<float> residual, solution, product;
 
   Index n_nodes() const { return matrix.n_rows(); }

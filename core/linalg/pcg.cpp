@@ -5,10 +5,11 @@
 // The matrix product is memory-bound. The iteration therefore works in single precision, in
 // difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
 // accumulated in double precision. The stopping criterion is the true residual r in double
-// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A loose tolerance, after
-// which another solve may follow, is tested with the iterated residual only. If the true residual
-// exceeds the tolerance, the iteration continues from it (residual replacement [VanDerVorst2000]).
-// Systems that single precision cannot solve are solved in double precision.
+// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A tolerance looser than the
+// solver's own, after which another solve may follow, is tested only with the iterated residual,
+// which each step updates by r -= alpha A p. If the true residual exceeds the tolerance, the
+// iteration continues from it (residual replacement [VanDerVorst2000]). Systems that single
+// precision cannot solve are solved in double precision.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,9 +27,9 @@ namespace loomstone {
 namespace {
 
 // In single precision, the true residual is computed at the latest when the iterated residual has
-// fallen to this fraction of its value at the start of the round. The value is not tuned, because
-// it ends no round at the default tolerance. It affects the number of matrix products but not the
-// accuracy.
+// fallen to this fraction of its value at the start of the round (iterate_to_tolerance()). The
+// fraction is not tuned, because it ends no round at the default tolerance. It affects the number
+// of matrix products but not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
 // Sets the inner and outer blocks. A block is outer if terms act on one of its rows or if one of
@@ -146,8 +147,8 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
 }
 
 // Sets x, residual and b_norm. Residuals are reported relative to b_norm. The guess is used if the
-// norm of its residual is smaller than for x = 0 on all free rows. Returns the norm of the
-// residual.
+// norm of its residual is smaller than that for x = 0 on all free rows. Returns the norm of the
+// residual of the x that is used.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);
@@ -208,7 +209,7 @@ class Pcg final : public LinearSolver {
  private:
   // Runs rounds of iterations until the true residual is within the tolerance, or stops without
   // convergence at max_iterations or at the rounding error of double precision. Each round ends
-  // with the computation of the true residual, unless a loose tolerance ends the solve before.
+  // with the computation of the true residual, unless a loose tolerance ends the solve first.
   LinearReport iterate_to_tolerance(PcgSolve& solve, const Points& b, double norm,
                                     Start how) const {
     PcgMemory& m = solve.memory;
@@ -226,7 +227,7 @@ class Pcg final : public LinearSolver {
       const StoppingRule stop{reach, options_.max_iterations};
       const double iterated = in_double ? iterate(solve, m.wide, how, stop, report.iterations)
                                         : iterate(solve, m.single, how, stop, report.iterations);
-      if (rough && iterated <= goal) {  // without the true residual
+      if (rough && iterated <= goal) {  // the true residual is not computed
         report.residual = iterated / m.b_norm;
         if (!in_double) keep_iteration(solve, b);
         return report;

@@ -23,7 +23,8 @@ class RowLoops {
   // Number of blocks of rows on all ranks together.
   Index n_blocks() const { return (layout_.n_rows() + rows_per_block - 1) / rows_per_block; }
 
-  // Calls body(block, begin, end) on the owned blocks. Each thread processes a range of blocks.
+  // Calls body(block, begin, end) for each owned block, which consists of the rows [begin, end).
+  // Each thread processes a range of blocks.
   template <class Body>
   void over_blocks(Body&& body) const {
     const OwnedBlocks owned = owned_blocks(layout_);
@@ -36,7 +37,8 @@ class RowLoops {
     });
   }
 
-  // Sets the sums of the given blocks to body(begin, end). This rank must own the blocks.
+  // Sets the sum of each given block to body(begin, end), for its rows [begin, end). This rank must
+  // own the blocks.
   template <class Body>
   void set_sums(const std::vector<Index>& blocks, Body&& body) {
     const Index end_row = layout_.end(), n = static_cast<Index>(blocks.size());

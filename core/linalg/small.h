@@ -44,7 +44,7 @@ inline Mat2 positive_part(const Mat2& a) {
 // The eigenvalue of a symmetric 3x3 matrix that is farthest from the other two, with its
 // eigenvector. The eigenvalue is computed as in Smith, "Eigenvalues of a symmetric 3x3 matrix",
 // Comm. ACM 4 (1961). The eigenvector has the direction of the longest cross product of two rows of
-// A - lambda I.
+// A - value I, where A is the matrix.
 struct EigenPair {
   double value = 0.0;
   Vec3 vector = Vec3::UnitX();

@@ -25,7 +25,7 @@ inline bool is_fixed(const LinearSystem& system, Index row) {
 // Throws InvalidInput if the sizes of system, b and x disagree.
 void check_system(const LinearSystem& system, const Points& b, const Points& x);
 
-// Returns the diagonal block of a row, including body blocks and terms.
+// Returns the diagonal block of a cloth row or body row, including terms.
 Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row);
 
 // Computes y = A x on rows [begin, end), where A includes body blocks and terms. x and y have 4

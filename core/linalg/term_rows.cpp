@@ -48,7 +48,7 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
   row_start_[0] = 0;
   forces_.resize(4 * hessians_.size());
   // find_forces() adds the products of the three columns in order. In row 2, the columns are
-  // rotated, so that products are added in the same order as by Eigen.
+  // rotated, so that the products are added in the same order as in Eigen's matrix product.
   scaled_.assign(12 * hessians_.size(), 0.0);
   for (std::size_t t = 0; t < hessians_.size(); ++t)
     for (int column = 0; column < 3; ++column)
@@ -85,8 +85,9 @@ void TermRows::evaluate(const Team& team, const Scalar* x) {
   });
 }
 
-// This function is not compiled for several instruction sets, because the call would cost more than
-// it saves for the few terms of a row. Every x86-64 processor adds two doubles as a vector.
+// This function is not compiled for several instruction sets, because for the few terms of a row,
+// selecting the version at run time would cost more than wider vectors save. QuarterLanes contains
+// two doubles, which every x86-64 processor adds as a vector.
 Vec3 TermRows::force(Index row) const {
   QuarterLanes sum{};
   double sum_z = 0.0;

@@ -19,7 +19,7 @@ TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
 // triangles.
 TriangleMesh grid(double width, double height, Index triangles,
                   const std::string& pattern = "alternating");
-// Grid whose interior vertices have random (seeded) displacements by up to the fraction `amount` of
+// Grid whose interior vertices have random (seeded) displacements of up to the fraction `amount` of
 // a cell in each coordinate. The Python package makes unstructured meshes by Delaunay triangulation
 // of relaxed points.
 TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount,

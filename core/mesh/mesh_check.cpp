@@ -15,8 +15,8 @@ namespace loomstone {
 namespace {
 
 // Lower bounds on the height of a triangle, as fractions of its longest edge and of the mesh's
-// largest coordinate. A triangle counts as a triangle of zero area unless its height exceeds both
-// bounds. The values are our choice; the second exceeds the rounding errors of collinear points.
+// largest coordinate. A triangle counts as having zero area unless its height exceeds both bounds.
+// The first value is heuristic. The second exceeds the rounding errors of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 

@@ -1,6 +1,7 @@
 // Reads and writes triangle meshes. The extension selects the format: .obj (Wavefront) or .ply
-// (Stanford). Python reads and writes other formats. No library is used for OBJ and PLY, because
-// seams of panels need several uv at one vertex, and errors should give the position in the file.
+// (Stanford). The Python package reads and writes other formats. No library is used for OBJ and
+// PLY, because seams of panels need several uv at one vertex, and errors should give the position
+// in the file.
 #pragma once
 
 #include <array>
@@ -29,15 +30,15 @@ struct MeshColors {
   std::string library;  // name of the file (.mtl) that describes the materials
   // Names of materials, each with its first triangle, in ascending order of the triangles.
   std::vector<std::pair<Index, std::string>> materials;
-  std::vector<std::array<std::uint8_t, 3>> vertices;  // (n) red, green and blue in sRGB, or none
+  std::vector<std::array<std::uint8_t, 3>> vertices;  // (n) red, green and blue in sRGB, or empty
 };
 
 // Writes a mesh. Reading the file restores positions and uv exactly. PLY is binary (little endian)
 // unless `text` is set; OBJ is always text. The file is written under a temporary name and then
 // renamed, so an incomplete file never has the given name. Unless each vertex has exactly one uv,
-// at its own index, PLY stores the uv in the face list texcoord, and reading renumbers them. Throws
-// InvalidInput for colours that the format cannot contain or that do not match the mesh,
-// Unsupported for other extensions, and CacheError if the file cannot be written.
+// with the index of the vertex, PLY stores the uv in the face list texcoord, and reading renumbers
+// the uv. Throws InvalidInput for colours that the format cannot contain or that do not match the
+// mesh, Unsupported for other extensions, and CacheError if the file cannot be written.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
                 const MeshColors& colors = {});
 

@@ -60,7 +60,8 @@ class ObjParser {
     }
   }
 
-  // Positive indices count from 1. Negative indices count back from the most recently read item.
+  // Returns an index counted from 0. In the file, positive indices count from 1, and negative
+  // indices count back from the most recently read item.
   std::int64_t index(std::string_view word, std::string_view part, std::size_t n_so_far) const {
     std::int64_t value = 0;
     if (!parse_number(part, value) || value == 0 || value > std::numeric_limits<Index>::max() ||

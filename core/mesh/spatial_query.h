@@ -24,11 +24,11 @@ class SpatialQuery {
   SpatialQuery& operator=(SpatialQuery&&) noexcept;
 
   void refit(const Points& vertices);  // sets new vertex positions
-  // Closest point within `radius` [m]. Of several equally close triangles, the one with the
-  // smallest index is returned.
+  // Returns the closest point within `radius` [m]. If several triangles are equally close, returns
+  // the point on the one with the smallest index.
   ClosestPoint closest(const Vec3& point, double radius) const;
-  // True if the point is on the negative side of the closest feature's pseudo-normal. The surface
-  // must be closed.
+  // Returns whether the point is inside the surface, by the sign of its distance from the closest
+  // feature along the feature's pseudo-normal. The surface must be closed.
   bool inside(const Vec3& point) const;
 
  private:

@@ -12,14 +12,14 @@
 namespace loomstone {
 namespace {
 
-// A plane through a point, with unit normal.
+// A plane through a point, with a unit normal.
 struct Plane {
   Vec3 point, normal;
   double size;  // largest distance between the point and a vertex [m]
 };
 
-// Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
-// through these two. For flat meshes, it is exact up to rounding.
+// Returns the plane through vertex 0, the vertex farthest from vertex 0, and the vertex farthest
+// from the line through these two. For flat meshes, the plane is exact up to rounding.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();

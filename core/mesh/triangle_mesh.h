@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-using Corners2 = Mat32;  // rest coordinates of a triangle: a row per corner; weft, warp [m]
+using Corners2 = Mat32;  // rest coordinates (weft, warp) of a triangle [m], one corner per row
 
 class TriangleMesh {
  public:
@@ -56,15 +56,15 @@ TriangleMesh welded(const TriangleMesh& mesh);
 // the x axis projected on its plane, or the y axis if that projection nearly vanishes.
 class RestCorners {
  public:
-  // Refers to the mesh. Throws InvalidInput for a curved mesh without uv; `where` names the mesh in
-  // the message.
+  // The mesh must outlive this object. Throws InvalidInput for a curved mesh without uv; `where`
+  // names the mesh in the message.
   RestCorners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where);
   Corners2 operator[](Index triangle) const;
 
  private:
   const TriangleMesh* mesh_;
   bool rest_from_uv_;
-  Vec3 weft_ = Vec3::Zero();  // without uv
+  Vec3 weft_ = Vec3::Zero();  // weft direction; set only for meshes without uv
 };
 
 // Returns the RestCorners of all triangles.

@@ -32,8 +32,8 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices to the next ring of n_b vertices. Of the two possible edges for the
-// next triangle, the shorter one is chosen.
+// Joins a ring of n_a vertices to the next ring of n_b vertices; a and b are their first vertices.
+// Each new triangle gets the shorter of the two possible edges.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -

@@ -74,7 +74,8 @@ BulletEngine::~BulletEngine() {
 btRigidBody& BulletEngine::add(double mass, const Vec3& inertia, btCollisionShape& shape,
                                double friction, double restitution) {
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, to_bullet(inertia));
-  info.m_friction = std::sqrt(friction);  // Bullet multiplies both values: sqrt(mu_a mu_b)
+  // Bullet multiplies the values of two bodies, so a contact has the coefficient sqrt(mu_a mu_b).
+  info.m_friction = std::sqrt(friction);
   info.m_restitution = restitution;
   bodies.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& body = *bodies.back();

@@ -12,8 +12,8 @@ void attach_polyhedron(btCollisionShape& shape, ConvexPolyhedron polyhedron, Sha
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
-// Adds a convex hull. Bullet adds the margin outside the points of a hull, so it is given the
-// points of a shrunken core.
+// Adds a convex hull. Bullet adds the margin outside the points of a hull, so the hull in Bullet
+// has the points of a shrunken core.
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
@@ -30,8 +30,8 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  // Hulls with more vertices count as round, because finding their true corners takes time
-  // proportional to the square of the number of faces.
+  // Hulls with more vertices than this count as round, because finding their true corners takes
+  // time proportional to the square of the number of faces.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();

@@ -22,7 +22,8 @@ struct Shapes {
 };
 
 // Creates the shapes of a body. The columns of `principal` are Bullet's body axes in mesh axes.
-// Throws InvalidInput if the mesh of a sphere is not round, a hull is flat or parts are missing.
+// Throws InvalidInput if the mesh of a sphere is not round, the mesh of a box is not a box, a hull
+// is flat or parts are missing.
 Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
                    const std::string& where);
 

@@ -14,7 +14,8 @@ namespace {
 using Corners = HullOnTriangles::Corners;
 
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
-// Least cosine of the angle between normals in consecutive steps that count as one plane.
+// Contact planes of consecutive steps count as the same plane if the cosine of the angle between
+// their normals is at least this value.
 constexpr btScalar same_normal = 0.9;
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
@@ -151,9 +152,9 @@ class HullAlgorithm : public btCollisionAlgorithm {
                   planes_.end());
   }
 
-  // Returns the index of the unused manifold whose plane has the closest orientation. If that plane
-  // is rotated too far, returns the index of an empty manifold or, if there is none, clears the
-  // closest manifold and returns its index.
+  // Returns the index of the unused manifold whose contact normal is closest to the given normal.
+  // If the two normals differ too much (see same_normal), returns the index of an empty manifold
+  // or, if there is none, clears the closest manifold and returns its index.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;

@@ -16,10 +16,11 @@ constexpr double turned_to =
 using Contacts = HullOnTriangles::Contacts;
 
 // Reduces the contacts in one plane to at most four. A contact bears load if its gap exceeds the
-// smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps the outermost
-// one, the one farthest from it, and the farthest one on either side of the line through these two.
-// Otherwise keeps all that bear load and adds those farthest from the contacts already kept.
-// Contacts of the last step count as slightly deeper and farther out.
+// smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps the contact
+// farthest from their mean, the one farthest from this contact, and the farthest one on either side
+// of the line through these two. Otherwise keeps all contacts that bear load and adds those
+// farthest from the contacts already kept. Contacts of the last step count as slightly deeper and
+// farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -39,8 +40,8 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
-  // Moves the contact with the largest value to `place`. Values within a fraction `ties` of each
-  // other count as equal. Of equal values, the first is chosen.
+  // Moves the contact with the largest value among [place, end) to `place`. Values within a
+  // fraction `ties` of each other count as equal, and the first of them is chosen.
   const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
     std::size_t chosen = place;
     double most = 0.0;
@@ -63,7 +64,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // Sort by gap, because bring() chooses the first of contacts with nearly equal distances.
+  // Sort by gap, because bring() chooses the first of several contacts with nearly equal distances.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -247,12 +248,13 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// The axis of least overlap of a triangle is not admissible if other triangles extend farther along
-// this axis. Let o be the overlap of the hull with all triangles along this axis, and m the overlap
-// of hull and triangle along the best admissible axis. If o <= m, the axis of least overlap gives
-// one contact with the overlap o. If o > m, contacts have the direction of the best admissible
-// axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
-// the contact with the smallest o and the deferred contacts with m < o are added.
+// The axis of least overlap of a triangle is not admissible if neighbouring triangles extend
+// farther along this axis. In that case, let o be the overlap of the hull with all triangles along
+// this axis, and m the overlap of hull and triangle along the best admissible axis. If o <= m, the
+// axis of least overlap gives one candidate for a contact, with the overlap o. If o > m, contacts
+// have the direction of the best admissible axis; they are deferred if m is far larger than the
+// least overlap. If no other contact overlaps, the candidate with the smallest o is added, together
+// with the deferred contacts whose m is less than this o.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

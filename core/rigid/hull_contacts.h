@@ -18,11 +18,11 @@ struct HullContact {
 
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
 // clipping. The triangles are given in the axes of the hull. A triangle faces the side to which the
-// nearest contact in its plane pointed in the last step or, if there was none, the side of the
-// hull's centre. An edge or corner of a triangle has contacts only in directions in which no other
-// triangle at this edge or corner extends farther. Triangles count as neighbours if they have
-// corners with bitwise equal coordinates. Internal edges of a flat surface therefore do not block a
-// hull that slides over it.
+// normal of the nearest contact in its plane pointed in the last step or, if there was none, the
+// side of the hull's centre. An edge or corner of a triangle has contacts only in directions in
+// which no other triangle at this edge or corner extends farther. Triangles count as neighbours if
+// they have corners with bitwise equal coordinates. Internal edges of a flat surface therefore do
+// not block a hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -47,7 +47,7 @@ class HullOnTriangles {
     double gap;
     Index face = -1, edge = -1;  // on the hull; both -1 if the axis is the triangle's normal
     bool met = true;             // false if a neighbouring triangle extends farther along the axis
-    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if the axis is its normal
+    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if face and edge are -1
   };
   // Returns the unit normal of a triangle, pointing to the side that the triangle faces (see
   // above), or zero if the triangle has no area.
@@ -58,10 +58,11 @@ class HullOnTriangles {
   // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
   // `from` if no corner is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines two axes of least overlap: `best`, and `met` among the axes along which contacts are
-  // admissible. The normal of the triangle is always admissible. Returns false if there is no
-  // contact. This is the case if the gap along some axis exceeds `near`, or if hull and triangle
-  // overlap along `best` but are clearly apart along an axis that was not considered for `best`.
+  // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
+  // which contacts are admissible. The normal of the triangle is always admissible. Returns false
+  // if there is no contact. This is the case if the gap along some axis exceeds `near`, or if hull
+  // and triangle overlap along `best` but are clearly apart along an axis that was not considered
+  // for `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.

@@ -19,7 +19,7 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
 
   double volume = 0.0;
   Vec3 first = Vec3::Zero();   // integral of x - reference [m^4]
-  Mat3 second = Mat3::Zero();  // integral of the outer product of x - reference [m^5]
+  Mat3 second = Mat3::Zero();  // integral of (x - reference) (x - reference)^T [m^5]
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
     Mat3 corners;  // columns: corners relative to `reference`
     for (int k = 0; k < 3; ++k)

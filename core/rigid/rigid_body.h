@@ -161,7 +161,7 @@ class RigidWorld {
   // If `gyroscopic` is true, gyroscopic torques act on the bodies. Otherwise, the caller computes
   // their free rotation. Throws InvalidInput for fields out of range, quaternions without unit
   // length, missing meshes or parts, meshes that mass_properties() rejects, spheres whose mesh is
-  // not round, and flat hulls.
+  // not round, boxes whose mesh is not a box, and flat hulls.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();

@@ -40,8 +40,8 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
-  // `filled` is 0.61 for an icosahedron, which is accepted, and 0.37 for a cube, whose corners also
-  // lie on a sphere.
+  // `filled` is 0.61 for an icosahedron, which is accepted, and 0.37 for a cube, which is rejected
+  // although its corners lie on a sphere, too.
   const double filled = mass.volume / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
     fail<InvalidInput>(
@@ -138,7 +138,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
     const Vec3& eigenvalues = solver.eigenvalues();
     Vec3 delta = Vec3::Zero();
     for (int k = 0; k < 3; ++k) {
-      // A vertex inside a straight edge or a flat face does not move along it.
+      // A vertex in the interior of an edge or a face does not move along this edge or face.
       if (eigenvalues[k] <= 1e-6 * eigenvalues[2]) continue;
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;

@@ -20,10 +20,11 @@ Mat3 principal_axes(const Mat3& inertia);
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
 // Throws InvalidInput unless the mesh has a vertex at each corner of its bounding box, within 1 %
-// of half its diagonal.
+// of half the diagonal of the box.
 void check_box(const TriangleMesh& mesh, const std::string& where);
 // Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless
-// all vertices lie on a sphere within 1 % and the mesh fills at least half of it.
+// all vertices lie on the sphere within 1 % of the radius and the mesh fills at least half of the
+// sphere.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where);
 

@@ -83,9 +83,9 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // If the balls overlap, or if `motion` does not close the gap along the normal, this adds the
-  // contact at the start of the motion. In the second case, a third body may still push the ball
-  // against `other`. Otherwise, this adds the first contact on the path, if there is one.
+  // Add the contact at the start of the motion if the balls overlap, or if `motion` does not close
+  // the gap along the normal, because a third body may still push the ball against `other`.
+  // Otherwise, add the first contact on the path, if there is one.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))

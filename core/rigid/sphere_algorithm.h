@@ -5,7 +5,7 @@
 
 namespace loomstone {
 
-// Replaces Bullet's algorithms, which create contacts between spheres only after they overlap,
+// Replaces Bullet's algorithms, which create contacts between spheres only once these overlap,
 // create several contacts for one pair of spheres, and let spheres get caught at internal edges of
 // a flat surface.
 // Unless the bodies bounce, this algorithm also creates the contacts that the sphere will reach on

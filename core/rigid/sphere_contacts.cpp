@@ -113,9 +113,9 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
   }
 }
 
-// Returns true if the closest point of the triangle of `at` is also the closest point of every
-// other triangle that shares the edge or corner on which this point lies. If this holds for several
-// such triangles, only the first returns true.
+// Returns true if at.point is also the closest point of every other triangle that shares the edge
+// or corner on which this point lies. If this holds for several of these triangles, returns true
+// only for the first of them.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;
@@ -181,7 +181,8 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // Contacts with a larger gap whose tangent plane the motion reaches are left to find_ahead().
+    // If the motion is longer than `near`, find_ahead() handles the contacts with a gap above
+    // 0.1 `near` whose tangent plane the motion reaches.
     if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
       touching_.push_back(contact);
   }
