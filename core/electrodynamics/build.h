@@ -1,5 +1,5 @@
-// Parts of build_magnetic_model() and check_magnetic_start(), in the order of their calls, and a
-// function that add_magnets() and add_coils() share.
+// Parts of build_magnetic_model() and check_magnetic_start(), in the order of their calls, and
+// find_stand(), which add_magnets() and add_coils() share.
 #pragma once
 
 #include "core/electrodynamics/magnetic_model.h"

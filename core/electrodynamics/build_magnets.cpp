@@ -71,10 +71,10 @@ void check_response(const Magnet& magnet, const std::string& where) {
           where, magnet.density);
 }
 
-// Replaces the exact field of a mesh or of cells by an expansion if evaluating it at all spheres is
-// expensive. Does nothing if the scene has magnetisable bodies that are not treated as point
-// dipoles, or if expansions cannot meet the tolerance. An expansion saves time only if many
-// evaluations follow.
+// Replaces the exact field of a mesh or of cells by an expansion if evaluating it at all
+// magnetisable spheres is expensive. Does nothing if the scene has magnetisable bodies that are not
+// treated as point dipoles, or if expansions cannot meet the tolerance. An expansion saves time
+// only if many evaluations follow.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -133,8 +133,9 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 }
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
-  // `nearest` is the smallest ratio so far of the distance from a magnet to the radius of its
-  // bounding sphere. The limit 1.3 includes points on a body that closely encloses its magnet.
+  // `nearest` is the smallest ratio so far: the distance of `point` from a magnet, divided by the
+  // radius of the magnet's bounding sphere. The limit 1.3 includes points on a body that closely
+  // encloses its magnet.
   double nearest = 1.3, pole = 0.0;
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))

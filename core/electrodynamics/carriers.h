@@ -10,7 +10,8 @@
 
 namespace loomstone {
 
-// The wrench on each carrier about its centre [N, N m], also per ampere or per square ampere.
+// The wrench on each carrier about its reference point (CarrierPlaces::centres()) [N, N m], or the
+// same per ampere or per square ampere.
 using CarrierWrenches = std::vector<Wrench>;
 
 // Adds `factor` times each wrench of `what` to the wrench of the same carrier in `to`.
@@ -21,10 +22,11 @@ struct CarrierPlaces {
   const RigidState& bodies;
   const std::vector<RigidPose>& obstacles;
 
-  // Returns the world pose of an object that is mounted on a carrier at the pose `local`, which is
-  // relative to a body's centre of mass or an obstacle's origin.
+  // Returns the world pose of a magnet or coil that is mounted on a carrier at the pose `local`,
+  // which is relative to a body's centre of mass or an obstacle's origin.
   RigidPose pose(Index carrier, const RigidPose& local) const;
-  // Returns the reference points of the wrenches on the carriers (carriers x 3) [m].
+  // Returns the reference points of the wrenches on the carriers (carriers x 3) [m]: the centres of
+  // mass of bodies and the origins of obstacles.
   Points centres() const;
 };
 

@@ -2,7 +2,7 @@
 // on all currents, so forces are quadratic polynomials of the currents. Their coefficients are
 // determined at each instant with probe currents: positive and negative in each circuit, and
 // positive in each pair of circuits. The flux of the magnetised bodies through a coil changes in
-// proportion to the circuit currents. This adds to the inductances.
+// proportion to the circuit currents. The flux per ampere adds to the inductances.
 #pragma once
 
 #include <cstddef>
@@ -20,12 +20,13 @@ struct CircuitResponse {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]
   };
-  std::vector<CarrierWrenches> linear;  // (circuits) per ampere of each circuit [N/A, N m/A]
+  // (circuits) Wrenches per ampere of each circuit [N/A, N m/A].
+  std::vector<CarrierWrenches> linear;
   std::vector<Pair> quadratic;
   Eigen::MatrixXd inductances;  // (circuits x coils) due to magnetised bodies [H]
 };
 
-// Wrenches and fluxes for given circuit currents.
+// Wrenches and fluxes at one set of circuit currents.
 struct CircuitTrial {
   CarrierWrenches wrenches;
   Vector flux;  // (coils) flux of magnetised bodies, 0 where it is not needed [Wb]
@@ -33,7 +34,8 @@ struct CircuitTrial {
 
 // Determines the response. `circuits` contains the coil indices of the circuits. `amperes`
 // (circuits) [A] are probe currents, large enough to have an effect comparable to `idle`, the
-// wrenches without circuit currents. The mutual inductances M_jk and M_kj of two circuits are
+// wrenches without circuit currents. trial(currents) returns the wrenches and fluxes at the circuit
+// currents `currents` (circuits) [A]. The mutual inductances M_jk and M_kj of two circuits are
 // replaced by their mean.
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
                                  const CarrierWrenches& idle,

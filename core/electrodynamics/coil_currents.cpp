@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Interpolates linearly between times and uses the nearest value outside them. Without times,
-// returns the first value. Returns 0 if there are no values.
+// Interpolates the values linearly between the times, and uses the nearest value outside their
+// range. Without times, returns the first value. Returns 0 if there are no values.
 double at_time(const std::vector<double>& times, const std::vector<double>& values, double time) {
   if (values.empty()) return 0.0;
   if (times.empty()) return values.front();

@@ -13,9 +13,9 @@ namespace loomstone {
 double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
-// Returns the currents of all coils (coils) [A] at `time` [s]. Currents of circuits are those in
-// `circuits`, in the order of the circuits. The other coils have given currents. If `circuits` is
-// empty, all circuit currents are zero.
+// Returns the currents of all coils (coils) [A] at `time` [s]. `circuits` contains the currents of
+// the coils in MagneticModel::circuits [A], in the same order; if it is empty, they are zero.
+// The other coils have given currents.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
 // Returns the currents of all coils (coils) [A] at `time` [s], with the circuit currents of a
 // state.

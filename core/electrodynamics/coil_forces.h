@@ -13,8 +13,8 @@
 namespace loomstone {
 
 struct CoilForces {
-  // (coils) Wrenches due to each coil, without `pairs` [N/A, N m/A]. The interaction of two coils
-  // with given currents is part of the entry of the later coil.
+  // (coils) Wrenches due to each coil, without those in `pairs` [N/A, N m/A]. The interaction of
+  // two coils with given currents is part of the entry of the coil with the higher index.
   std::vector<CarrierWrenches> per_ampere;
   // Interactions of pairs of circuits: those through magnetised bodies, and the direct ones. Two
   // circuits on one carrier, or on obstacles at rest, have no direct interaction.
@@ -38,8 +38,8 @@ class PlacedCoils {
   // field on the coils.
   CarrierWrenches among_coils(const Vector& currents) const;
   // Returns the forces per ampere, the interactions of circuits and the commutation at `time` [s].
-  // `response` is the response of magnetised bodies to the circuits. If it is empty, circuits
-  // magnetise no bodies and act on `magnets` as given.
+  // `response` is the response of magnetised bodies to the circuits. If it is empty, the circuits
+  // magnetise no bodies, and their forces on `magnets` are computed directly.
   CoilForces per_ampere(const std::vector<MagneticBody>& magnets, double time,
                         const CircuitResponse& response) const;
 
@@ -52,7 +52,7 @@ class PlacedCoils {
   Part magnet(const std::vector<MagneticBody>& magnets, std::size_t k) const {
     return {magnets[k], model_.magnets[k].carrier};
   }
-  // Returns true if both carriers are the same, or if both are obstacles at rest in the step.
+  // Returns true if a and b are the same carrier, or if both are obstacles at rest in the step.
   bool joined(Index a, Index b) const;
   void meet(const Part& coil, const Part& other, double factor, CarrierWrenches& result) const;
 

@@ -19,7 +19,7 @@ struct Inductances {
 };
 
 // Computes the inductances. The last mutual inductance of each pair of coils is cached together
-// with the relative pose of the coils. It is reused if this pose is exactly equal.
+// with the relative pose of the coils. It is reused if the relative pose is exactly the same again.
 class MutualInductances {
  public:
   explicit MutualInductances(const MagneticModel& model) : model_(model) {}

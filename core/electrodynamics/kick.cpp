@@ -18,7 +18,7 @@ struct Couplings {
 
 // Circuits at the start of a kick, and their linear system without back-EMF.
 struct CircuitSystem {
-  // (circuits) 1: the current at the end of the kick acts, because the mean would be inaccurate
+  // (circuits) 1: the current at the end of the kick acts instead of the mean; see kick.h
   std::vector<std::uint8_t> at_end;
   Eigen::MatrixXd matrix;  // c L / tau + R, with c = 1 for circuits `at_end` and 2 otherwise [ohm]
   // Currents at the start [A], source voltages [V], flux change due to given currents [V s],

@@ -4,8 +4,8 @@
 // between such bodies conserve their total linear and angular momentum up to rounding. Their paths
 // are second-order accurate.
 //
-// Let a and a' be the accelerations at the start and end of a sub-step h. The velocity of a free
-// body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
+// Let a and a' be the accelerations at the start and end of a sub-step of length h. The velocity of
+// a free body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
 // velocity v + a h, so that resting bodies stay at rest. The new velocity of a body in contact is
 // the one that RigidWorld returns plus (a' - a) h/2. The forces thus change its momentum as much as
 // that of a free body.
@@ -36,8 +36,9 @@ struct ContactAnswer {
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
 };
 
-// Applies the impulses at the end of a step to the bodies that move freely. RigidWorld must have
-// applied them to the bodies in contact (answer_contacts()).
+// Applies the impulses at the end of a step to the bodies that move freely. The wrenches given to
+// answer_contacts() must have included the same impulses, which RigidWorld thus applied to the
+// bodies in contact.
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
 // Applies `wrenches` and gravity to copies of the bodies for the whole sub-step h [s], and advances
@@ -75,11 +76,12 @@ class Substeps {
   double share() const { return static_cast<double>(place_) / parts_; }
   double next_share() const { return static_cast<double>(place_ + 1) / parts_; }
   double length() const { return step_ / parts_; }  // [s]
-  // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
-  // first call, their length may exceed the limit by a third. Throws SolverFailure if too many
-  // sub-steps are needed or the frequency is not finite.
+  // Halves the length of the remaining sub-steps until they resolve the angular frequency [rad/s].
+  // From the second call on, length times frequency may exceed the limit by up to a third. Throws
+  // SolverFailure if too many sub-steps are needed or the frequency is not finite.
   void resolve(double frequency);
-  // Halves the remaining sub-steps. Returns false, without effect, if there would be too many.
+  // Halves the length of the remaining sub-steps. Returns false, without effect, if there would be
+  // too many.
   bool halve();
   void pass() { ++place_; }
 

@@ -94,8 +94,8 @@ struct MagneticModel {
 // Validates the scene and builds its model. Throws InvalidInput or Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
-// Throws InvalidInput if, at the start, magnetisable bodies overlap with each other, with magnets
-// or with windings, or if the inductance matrix of several circuits is not positive definite.
+// Throws InvalidInput if, at the start, magnetisable bodies overlap each other, magnets or
+// windings, or if the inductance matrix of several circuits is not positive definite.
 // Throws Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and
 // outside the winding of a coil with wants_flux(). Spheres treated as point dipoles are checked
 // for overlap with windings only.

@@ -34,7 +34,7 @@ double work_of_obstacles(double duration, const std::vector<Twist>& twists,
   return work;
 }
 
-// Adds impulses to the wrenches on the bodies, which act for h [s].
+// Adds impulses to the wrenches on the bodies, as forces and torques that are constant for h [s].
 void add_impulses(const BodyImpulses& impulses, double h, CarrierWrenches& wrenches) {
   for (Index b = 0; b < impulses.linear.rows(); ++b) {
     wrenches[b].force += impulses.linear.row(b).transpose() / h;
@@ -136,8 +136,8 @@ CircuitResponse MagneticMotion::response(const Team& team, const Moment& moment,
 }
 
 // Returns probe currents (circuits) [A] that give each circuit the dipole moment of the strongest
-// magnet, so that their effect is comparable to that of the magnets. Without magnetic moments, they
-// are 1 A.
+// magnet, so that their effect is comparable to that of the magnets. If no magnet has a moment, the
+// probe currents are 1 A.
 Vector MagneticMotion::probe_currents(const std::vector<MagneticBody>& magnets) const {
   double moment = 0.0;
   for (const MagneticBody& magnet : magnets)

@@ -24,14 +24,15 @@ struct MagneticStep {
 // Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // largest estimated error of the magnets' force on a body at the end [N]
+  // Largest estimated error of the magnets' force on a body at the end of the step [N].
+  double error = 0.0;
   // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work that they do
   // through coils is part of the energy supplied to the circuits.
   double obstacle_work = 0.0;
 };
 
 // The motion of bodies under magnetic forces. The actions at the end of a step are cached, because
-// the next step begins there. They are reused only if all their inputs are exactly equal.
+// the next step begins there. They are reused only if all their inputs are exactly the same.
 class MagneticMotion {
  public:
   explicit MagneticMotion(const MagneticModel& model);
@@ -39,7 +40,7 @@ class MagneticMotion {
   MagneticMotion& operator=(const MagneticMotion&) = delete;
 
   // Returns the forces [N] and the torques about the centres of mass [N m] on the bodies. They are
-  // due to the magnets, the coils, which carry `currents` (coils) [A], and the uniform field.
+  // due to the magnets, to the coils with `currents` (coils) [A], and to the uniform field.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
   // Returns Magnets::energy() [J]. Induced magnets are magnetised as if the coils carried no
@@ -102,7 +103,7 @@ class MagneticMotion {
   SubstepFrequency frequency_;
   MutualInductances inductances_;
   std::optional<Instant> last_;
-  std::optional<Instant> previous_;  // instant at the start of a sub-step, if it is not last_
+  std::optional<Instant> previous_;  // instant at the start of a sub-step, unless this is last_
 };
 
 }  // namespace loomstone

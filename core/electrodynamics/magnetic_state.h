@@ -5,7 +5,8 @@
 
 namespace loomstone {
 
-// Currents and stored energy of the circuits. The other energies are totals since the start.
+// Currents and stored energy of the circuits. The other energies are totals since the start of the
+// simulation.
 struct CircuitState {
   Vector currents;      // (coils) currents of circuits, 0 for other coils [A]
   double energy = 0.0;  // energy stored in self and mutual inductances [J]
@@ -18,7 +19,7 @@ struct CircuitState {
 
 struct MagneticState {
   CircuitState circuits;
-  Points moments;  // (k x 3) induced dipole moments; initial guess in the next step [A m^2]
+  Points moments;  // (dipoles x 3) induced moments [A m^2]; initial guess in the next step
 };
 
 }  // namespace loomstone

@@ -56,8 +56,8 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
   return field;
 }
 
-// Magnetises the bodies. Bodies with explicit response do not contribute to the magnetisation of
-// others.
+// Magnetises the induced magnets if they are not treated as point dipoles. Bodies with explicit
+// response do not contribute to the magnetisation of others.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {
   std::vector<MagneticBody>& magnets = magnetised.magnets;
@@ -127,9 +127,9 @@ CarrierWrenches Magnets::wrenches(const Team& team, const CarrierPlaces& places,
 }
 
 // Sums the energies of hard magnets in the uniform field and in the fields of hard magnets of other
-// groups, and those of induced magnets in the field of hard magnets and the uniform field. An
-// induced magnet has half the energy of a hard magnet with the same moment, because the other half
-// is stored in its magnetisation.
+// groups, and the energies of induced magnets in the field of hard magnets and the uniform field.
+// An induced magnet has half the energy of a hard magnet with the same moment, because the other
+// half is stored in its magnetisation.
 double Magnets::energy(const Team& team, const Magnetised& magnetised) const {
   const std::vector<MagneticBody>& magnets = magnetised.magnets;
   const std::vector<MagneticBody> hard = this->hard(magnets);

@@ -12,8 +12,8 @@ struct Magnetised {
   // Magnets in the order of the model. Spheres treated as point dipoles have the axes of the world.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
-  // (k x 3) Moments of the induced dipoles [A m^2]. If no magnet is an induced dipole, these are
-  // the unchanged `moments` that at() received.
+  // (dipoles x 3) Moments of the induced dipoles [A m^2]. If no magnet is an induced dipole, these
+  // are the unchanged `moments` that at() received.
   Points moments;
 };
 
@@ -59,8 +59,8 @@ class Magnets {
   bool soft_ = false;
 };
 
-// Returns all magnets for display, followed by the coils whose entry of `currents` (coils) [A] is
-// not zero. Spheres treated as dipoles are returned as magnetised spheres.
+// Returns all magnets for display, followed by the coils whose entry in `currents` (coils) [A] is
+// not zero. Spheres treated as point dipoles are returned as magnetised spheres.
 std::vector<MagneticBody> shown_magnets(const Team& team, const MagneticModel& model,
                                         const CarrierPlaces& places, const Vector& currents);
 

@@ -19,7 +19,8 @@ struct Oscillators {
   std::vector<std::uint8_t> touching;        // (b) 1: body in contact
 };
 
-// Computes the bound from constant tables of the model. `model` and `magnets` must outlive it.
+// Computes the bound from constant tables of the model. `model` and `magnets` must outlive the
+// SubstepFrequency.
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);

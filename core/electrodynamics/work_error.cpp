@@ -15,8 +15,8 @@ double work_along(const Wrench& wrench, const Twist& displacement) {
   return wrench.force.dot(displacement.velocity) + wrench.torque.dot(displacement.spin);
 }
 
-// Displacement [m] and rotation vector [rad] of a carrier in the sub-step. If no torque acts on a
-// body, its rotation does not contribute to the work and is returned as zero.
+// Returns the displacement [m] and rotation vector [rad] of a carrier in the sub-step. If no torque
+// acts on a body, its rotation does not contribute to the work and is returned as zero.
 Twist displacement(const SubstepWork& work, Index carrier) {
   const auto n = static_cast<Index>(work.start.positions.rows());
   if (carrier >= n) {

@@ -2,8 +2,8 @@
 // currents is exact, because circuits lose the same energy (kick.h).
 //
 // Forces that grow as bodies approach each other do too much work in a sub-step, which appears as
-// energy from nothing when the bodies meet. There are two causes. Let F0, F1 be the forces at the
-// start and at the end, and W0, W1 their work along the whole displacement.
+// spurious energy when the bodies meet. There are two causes. Let F0 and F1 be the forces at the
+// start and at the end, and W0 and W1 their work along the whole displacement.
 //
 // The half kicks integrate the force along the displacement by the trapezoidal rule. A force that
 // changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0), which the rule
@@ -13,7 +13,7 @@
 // v + h (F0 + F1) / 4m. Its kinetic energy grows by h times the mean force times the mean velocity.
 // This exceeds the work along the displacement by h^2 (F1^2 - F0^2) / 8m.
 //
-// Only forces that grow along their own direction count, W0 < W1 with equal signs. This condition
+// Only forces that grow along their own direction count: W0 < W1 with equal signs. This condition
 // is the same for motion backwards in time. Errors of forces that drive a body back to an
 // equilibrium cancel in the course of an oscillation.
 #pragma once

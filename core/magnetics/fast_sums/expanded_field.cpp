@@ -35,9 +35,9 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
   locals_.resize(locals_.size() + TaylorExpansion::beyond);
 }
 
-// Adds the cluster of parts [begin, end) and its descendants, and returns its index. More than
-// eight parts are bisected along the longest axis of the bounding box of their centres, at their
-// median, rounded up to a multiple of eight.
+// Adds the cluster of parts [begin, end) and its descendants, and returns its index. A cluster of
+// more than eight parts is bisected along the longest axis of the bounding box of the parts'
+// centres. Its first child has half of the parts, rounded up to a multiple of eight.
 Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, std::size_t end) {
   Vec3 low = source_->middle(parts[begin]), high = low;
   for (std::size_t i = begin; i < end; ++i) {
@@ -104,9 +104,9 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
   return result;
 }
 
-// A cube becomes a leaf if at most few() groups are near it, or if its radius is less than 0.6 of
-// the mean radius of these groups. Smaller leaves would speed up evaluation, but would need more
-// setup time and memory.
+// A cube becomes a leaf if at most few() groups are near it, or if the radius of its circumscribed
+// sphere is less than 0.6 times the mean radius of these groups. Smaller leaves would speed up
+// evaluation, but would need more setup time and memory.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

@@ -12,8 +12,8 @@ namespace {
 
 // A cluster has `n_nodes` nodes in each direction in which its bounding box is not flat. Two
 // clusters are far apart only if the sum of their radii is at most `opening` times the distance
-// between their centres. With these values, clusters change fluxes by less than 3e-6 and forces by
-// less than 1e-6 (docs/experiments/magnetics.md).
+// between their centres. With these values, the relative error due to clusters is less than 3e-6 in
+// fluxes and less than 1e-6 in forces (docs/experiments/magnetics.md).
 constexpr int n_nodes = 6;
 constexpr double opening = 0.5;
 constexpr int points_a_direction = 3;  // number of sample points in each direction of a panel
@@ -223,8 +223,8 @@ ClusterPairs::ClusterPairs(const PanelClusters& on, const RigidPose& pose, const
     const double distance = (pose.position + rotation * to.centre - from.centre).norm();
     const double panels = static_cast<double>(to.end - to.begin) * (from.end - from.begin);
     const double nodes = static_cast<double>(to.nodes.rows() * from.nodes.rows());
-    // The second condition ensures that the field of each panel is that of point charges; see
-    // PanelSet::near.
+    // The second condition ensures that the panels of `from` are so far from `to` that direct
+    // evaluation would replace them by point charges, too; see PanelSet::near.
     const bool apart = to.radius + from.radius <= opening * distance &&
                        PanelSet::near * from.reach <= distance - to.radius - from.radius;
     if (apart && nodes <= most_node_pairs * panels) {

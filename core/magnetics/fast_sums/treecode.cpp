@@ -31,7 +31,7 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
                                 {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
-constexpr double spare = 0.75;  // safety factor, as other dipole sets can have larger errors
+constexpr double spare = 0.75;  // safety factor, because other dipole sets can have larger errors
 // Minimum number of observers for which controlled() first tests a setting on the leaves that
 // contain samples. This test evaluates at most n_samples leaves, whatever the number of observers.
 // If the setting is not accurate enough, the test saves a whole pass.
@@ -100,10 +100,10 @@ bool few(const DipoleSet& by, Index observers) {
 }
 
 // Tries ever more accurate settings until the error meets the tolerance. pass(setting, cells)
-// returns the relative error of the samples. If a setting misses its predicted error by a factor,
-// the next one is assumed to miss by the same factor. With many observers, each setting is first
-// tested on the cells that contain samples. The setting that meets the tolerance is then applied to
-// all cells. Returns false if no setting meets the tolerance.
+// returns the relative error at the samples. If a setting misses its predicted error by a factor,
+// the next setting is assumed to miss its own by the same factor. With many observers, each setting
+// is first tested on the cells that contain samples. The setting that meets the tolerance is then
+// applied to all cells. Returns false if no setting meets the tolerance.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {

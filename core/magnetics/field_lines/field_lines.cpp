@@ -67,7 +67,7 @@ struct Tracer {
   double sign = 1.0, step = 0.0, length = 0.0;
   Index origin = 0;                    // index of the seed
   bool inside = false, close = false;  // inside: in a body; close: in a layer or its body
-  bool away = false, done = false;     // away: was far from its seed; done: ended
+  bool away = false, done = false;     // away: has been far from its seed; done: has ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
   std::array<Vec3, 7> k = zeros();  // tangents at the stages
@@ -305,7 +305,7 @@ FieldLines joined(const std::vector<Tracer>& tracers) {
     if (line.sign < 0.0) {
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
-      // If one direction closes the line, the other one is dropped, since it may miss the seed.
+      // If one direction closes the line, the other is dropped, because it may miss the seed.
       const bool only_onwards =
           both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
       begin = only_onwards ? LineEnd::closed : line.end;

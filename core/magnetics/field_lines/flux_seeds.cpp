@@ -1,8 +1,8 @@
 // Seeds of field lines such that each line represents the same flux. Surfaces of solid bodies and
-// surfaces that span currents are divided into pieces. The pieces of each body are sorted along a
-// space-filling curve. The flux is then summed over the pieces of all bodies, except pieces where
-// it enters a solid body and pieces inside another body. Seed k = 0 ... n - 1 lies on the piece at
-// which the sum reaches the fraction (k + 1/2) / n of the total flux.
+// surfaces bounded by closed currents are divided into pieces. The pieces of each body are sorted
+// along a space-filling curve. The flux is then summed over the pieces of all bodies, except pieces
+// where it enters a solid body and pieces inside another body. Seed k = 0 ... n - 1 lies on the
+// piece at which the sum reaches the fraction (k + 1/2) / n of the total flux.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -95,7 +95,7 @@ std::vector<Piece> pieces_of(const Source& source, int n) {
   return {};
 }
 
-// Returns whether a point is inside another body than `own`. On the surface of a magnet, this
+// Returns whether a point is inside a body other than `own`. On the surface of a magnet, this
 // happens where bodies touch, and flux passes directly from one into the other.
 bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody& own,
                      const Vec3& point) {

@@ -3,8 +3,8 @@
 // J1 and J2 are the polarisations, and d_i is the derivative along axis i. R is the arm, the vector
 // (x, y, z) from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the products of the
 // signs of the corners' coordinates. For torques, T is replaced by y_a T - U, where y_a is the
-// lever along axis a about the centre of cuboid 2 and dU/dR_a = T. On faces normal to axis a (a =
-// j), the lever is constant and U is zero.
+// lever along axis a about the centre of cuboid 2 and dU/dR_a = T. For a = j, the faces are normal
+// to axis a, the lever is constant on them, and U is zero.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>

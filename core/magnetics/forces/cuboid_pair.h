@@ -10,8 +10,9 @@
 
 namespace loomstone {
 
-// Returns the wrench on `on` exerted by `by`, or no value unless both bodies are such cuboids and
-// their edges are parallel within 1e-12. Wrench::error estimates the rounding error of the sums.
+// Returns the wrench on `on` exerted by `by` if both bodies are such cuboids and their edges are
+// parallel within 1e-12, and otherwise no value. Wrench::error estimates the rounding error of the
+// sums.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 
 }  // namespace loomstone

@@ -68,8 +68,8 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Returns the body with the charge of each panel replaced by its mean, whose field is cheaper to
-// evaluate. A body without such means is returned unchanged.
+// Returns the body with Source::panel_means() as its source, whose field is cheaper to evaluate.
+// Returns the body unchanged if panel_means() is null.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
@@ -226,7 +226,7 @@ std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& b
 }
 
 // Returns the energy of an induced body's surface charge in the potential of a hard magnet. It is
-// finite even if the two touch.
+// finite even if the body and the magnet touch.
 double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
   const std::vector<PanelSample> charges = induced.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);

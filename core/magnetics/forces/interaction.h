@@ -33,14 +33,15 @@ struct KnownField {
   FieldAndGradient there;  // field and gradient at the points, in world axes
 };
 
-// Returns the wrench on every body exerted by all others. With the exceptions of magnetic_wrench(),
-// the estimated error of each pair is at most `tolerance` times the largest force that a rough
-// first pass finds, or times its own force or torque / radius if that is larger. Single dipoles,
-// which include hard spheres, interact by one direct sum. Their forces with another body follow
-// from the field of that body at all single dipoles. Results do not depend on the number of threads
-// or on `known`, whose fields are not computed again. `carrier` (optional) is the index of the
-// rigid body that carries each magnet. Forces between magnets on one carrier are omitted, except
-// those between single dipoles, which cancel in the carrier's total.
+// Returns the wrench on every body exerted by all others. With the same exceptions as for
+// magnetic_wrench(), the estimated error of each pair is at most `tolerance` times the largest
+// force that a rough first pass finds, or times the pair's own force or torque / radius if that is
+// larger. Single dipoles, which include hard spheres, interact by one direct sum. The forces
+// between them and another body follow from the field of that body at all single dipoles. Results
+// do not depend on the number of threads or on `known`, whose fields are not computed again.
+// `carrier` (optional) is the index of the rigid body that carries each magnet. Forces between
+// magnets on one carrier are omitted, except those between single dipoles, which cancel in the
+// carrier's total.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

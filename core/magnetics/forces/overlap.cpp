@@ -107,7 +107,7 @@ Vec3 moved_outside(const Source& solid, const Vec3& point) {
 
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names) {
-  // Pairs are found by sweeping along x. `left` is the smallest x of the bounding sphere [m].
+  // Pairs are found by sweeping along x. `left` is the smallest x of each bounding sphere [m].
   std::vector<double> left;
   for (const MagneticBody& body : bodies)
     left.push_back(body.pose.position.x() - body.source->radius());

@@ -16,8 +16,8 @@ namespace loomstone {
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 
 // Returns the outward unit normal of a solid source's surface at the point closest to `point`.
-// Where that point is not unique, as in the centre of a sphere, the normal may be zero. Vectors are
-// in the axes of the source.
+// Where that point is not unique, for example at the centre of a sphere, the normal may be zero.
+// Vectors are in the axes of the source.
 Vec3 outward_normal(const Source& solid, const Vec3& point);
 // Returns the nearest point just above the surface of a solid source if `point` lies inside or on
 // the surface and outward_normal() is not zero there, and otherwise `point`. Points are in the axes

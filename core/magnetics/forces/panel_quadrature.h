@@ -42,9 +42,9 @@ struct PanelTask {
   PanelQuantity quantity;
 };
 
-// Integrates over the panels. The estimated error is at most `tolerance` times the largest of the
-// norms of the two halves of the value, `least` and 1e-6 of the sum of the norms on all parts of
-// panels, unless most_evaluations is exceeded.
+// Integrates over the panels. Unless most_evaluations is exceeded, the estimated error is at most
+// `tolerance` times the largest of these: the norms of the first and last three components of the
+// value, `least`, and 1e-6 times the sum of the norms of the integrals over all parts of panels.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// Forces between two bodies with uniformly charged panels, in N log N time. The field of near
+// Forces between two bodies with uniformly charged panels, in O(N log N) time. The field of near
 // panels is evaluated at the sample points of the other body, and the field of far clusters at the
 // nodes of that body's clusters; see panel_clusters.h. If each grid of one body interacts only with
 // the corresponding grid of the other (interacting_grids()), Richardson extrapolation is applied to

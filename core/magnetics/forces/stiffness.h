@@ -17,7 +17,7 @@ struct CoarseMagnet {
   std::shared_ptr<const Points> positions;  // dipoles in the source's axes (n x 3) [m]
   double moment = 0.0;                      // largest moment of a dipole [A m^2]
   double size = 0.0;                        // size of a part [m]; 0 for dipoles
-  bool soft_sphere = false;                 // true for the sphere of a SoftSphere
+  bool soft_sphere = false;                 // true: the magnet is also given as a SoftSphere
 };
 
 CoarseMagnet coarse_magnet(const Source& source);

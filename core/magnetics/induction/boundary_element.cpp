@@ -113,8 +113,8 @@ LOOMSTONE_INLINE Lanes in_lanes(const double* values) {
   return lanes_load<Lanes>(values);
 }
 
-// Computes by quadrature the fluxes of a unit charge density on `by` through `on` [m^2]. One of
-// them contains eight panels, and flux[l] is the flux from or through that in lane l.
+// Computes by quadrature the fluxes of a unit charge density on `by` through `on` [m^2]. Either
+// `on` or `by` contains eight panels, and flux[l] is the flux through or from the panel in lane l.
 template <class Lanes, class On, class By>
 LOOMSTONE_INLINE void flux_by_points(const On& on, const By& by, double* flux) {
   Lanes sum{};

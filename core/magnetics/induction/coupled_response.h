@@ -1,5 +1,5 @@
-// Coupling of linear bodies: the excitation of each body by magnets and by the charge of the other
-// bodies. These are applied_i and the sum of G_ij x_j in the equations of linear_magnetization.h.
+// Coupling of linear bodies: the excitation of each body by magnets (applied_i in the equations of
+// linear_magnetization.h) and by the charge of the other bodies (the sum of G_ij x_j).
 #pragma once
 
 #include <map>

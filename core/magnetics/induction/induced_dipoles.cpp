@@ -57,8 +57,8 @@ LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, co
   lanes_store(field + 2 * n_lanes, sum.z);
 }
 
-// The operator T: maps the moments of all spheres to the flux density at each sphere due to the
-// others. It is applied to many sets of moments at the same positions.
+// The operator T, which maps the moments of all spheres to the flux density at each sphere due to
+// the others. It is applied to many sets of moments at the same positions.
 class MutualField {
  public:
   MutualField(const Team& team, const Points& positions) : team_(team), positions_(positions) {

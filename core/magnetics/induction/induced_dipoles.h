@@ -16,9 +16,10 @@ double sphere_polarizability(double radius, double susceptibility);
 
 // Returns the moments (n x 3) [A m^2] of spheres at positions (n x 3) [m] with polarisabilities (n)
 // in an applied flux density (n x 3) [T]. GMRES solves m - alpha T m = alpha B, where T maps the
-// moments m to the flux density at each sphere due to the others, and B is the applied one. It
-// stops at a relative residual of `tolerance`, with a warm start from `start` if this has n rows.
-// Throws SolverFailure if 200 iterations do not suffice, for example because spheres overlap.
+// moments m to the flux density at each sphere due to the others, and B is the applied flux
+// density. The initial guess is `start` if it has n rows, and otherwise zero. The iteration stops
+// at a relative residual of `tolerance`. Throws SolverFailure if 200 iterations do not suffice, for
+// example because spheres overlap.
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities,
                        const Points& applied, double tolerance, const Points& start = {});
 

@@ -17,17 +17,17 @@ struct Induction {
   int iterations = 0;                // total number of GMRES iterations
 };
 
-// Magnetises `soft` in the field of `hard` and a uniform field [T] to a relative residual of
-// `tolerance`, which also determines the degree of spheres' harmonics if it is automatic. The
-// volume means of a body with saturation satisfy M = chi H / (1 + chi |H| / M_s). Its effective
-// susceptibility chi (1 - |M| / M_s) is the same everywhere in the body. Throws SolverFailure if no
-// equilibrium is found, and InvalidInput if `tolerance` is not in [1e-14, 0.1] or `field` is not
-// finite.
+// Magnetises `soft` in the field of `hard` and the uniform field `field` [T] to a relative residual
+// of `tolerance`. If the degree of a sphere's harmonics is automatic, it is chosen for `tolerance`,
+// too. The volume means of a body with saturation satisfy M = chi H / (1 + chi |H| / M_s). Its
+// effective susceptibility chi (1 - |M| / M_s) is the same everywhere in the body. Throws
+// SolverFailure if no equilibrium is found, and InvalidInput if `tolerance` is not in [1e-14, 0.1]
+// or `field` is not finite.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
-// Throws InvalidInput if a soft body overlaps another soft body or a magnet. The message names the
-// two. `names` contains the names of the soft bodies, followed by those of the hard ones.
+// Throws InvalidInput if a soft body overlaps another soft body or a magnet. The message names
+// both. `names` contains the names of the soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 
@@ -38,7 +38,7 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
 MagneticBody explicit_response(const SoftBody& body, const Points& cells,
                                const std::vector<MagneticBody>& hard, const Vec3& field);
 // Divides a body into cells of equal volume and returns their positions (n x 3) [m]. `density` is
-// the smallest number of cells per volume [1/m^3]; see CellMagnet.
+// the minimum number of cells per volume [1/m^3]; see CellMagnet.
 Points explicit_cells(const SoftShape& shape, double density);
 
 }  // namespace loomstone

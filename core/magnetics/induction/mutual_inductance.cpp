@@ -69,8 +69,8 @@ void add_circle(const Path& path, double z, int around, double share, const Sour
 }
 
 // Returns the integrals of the vector potential of `by` and of its norm along the winding `on`,
-// times its current. The winding is represented by circles: its length is divided into `parts`
-// sections, and each section has circles at 8 Gauss points. A loop is a single circle.
+// times the current of `on`. The winding is represented by circles: its length is divided into
+// `parts` sections, and each section has circles at 8 Gauss points. A loop is a single circle.
 Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int around,
                 int parts) {
   const Path path{on, pose, rotation_matrix(pose.orientation)};

@@ -1,6 +1,6 @@
 // Mutual inductance of two coils: the flux of one coil through the other, computed as the integral
-// of the vector potential of the one along the winding of the other. The integral is finite even if
-// the coils overlap or touch, except for two loops that coincide.
+// of the vector potential of one coil along the winding of the other. The integral is finite even
+// if the coils overlap or touch, except for two loops that coincide.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

@@ -60,15 +60,15 @@ void check_cells(int cells, const std::string& shape, const std::string& name = 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
 void check_susceptibility(double susceptibility);
 
-// `degree` is the degree of the solid harmonics. If it is 0, induce() chooses it from the distances
-// to other bodies.
+// Returns a sphere. `degree` is the degree of the solid harmonics. If it is 0, induce() chooses the
+// degree from the distances to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // Returns the degree of the solid harmonics (at most SphericalHarmonics::most) at which the force
 // on a sphere has about the relative error `tolerance`. The nearest source is at `distance` from
 // the sphere's centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns this degree if the nearest source is another soft sphere of radius `other_radius`.
-// `distance` is the distance between the centres of the two spheres.
+// Returns the degree for the same accuracy if the nearest source is another soft sphere of radius
+// `other_radius`. `distance` is the distance between the centres of the two spheres.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The

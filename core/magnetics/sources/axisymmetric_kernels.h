@@ -169,7 +169,7 @@ LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, con
 template <class Lanes>
 LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const double* points,
                                          Index n, double* out) {
-  // Below this rho, side_r is its leading term in rho, with a relative error of about rho^2.
+  // Below this rho, the leading term of side_r in rho is used. Its relative error is about rho^2.
   constexpr double axis = 1e-4;
   const Lanes zero{};
   for (Index i = 0; i < n; i += n_lanes) {

@@ -1,7 +1,7 @@
-// Surface charge of induced bodies. The charge is uniform on each of many flat panels. It can have
-// an additional part that varies within panels and is given at sample points. Near a panel, the
-// field of uniform charge is computed in closed form. Farther away, four point charges replace the
-// panel.
+// Surface charge of induced bodies, on flat panels. A uniform charge density on each panel can be
+// supplemented by a charge that varies within panels and is given at sample points. Near a panel,
+// the field of the uniform charge is computed in closed form. Farther away, four point charges
+// replace the panel.
 #pragma once
 
 #include <memory>
@@ -75,8 +75,8 @@ class ChargedPanels final : public Source {
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
-  // Inside the surface, field_block() returns mu0 H for B too, because the magnetisation is unknown
-  // there.
+  // Inside the surface, field_block() returns mu0 H even if B is requested, because the
+  // magnetisation is unknown there.
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return set_->radius; }
@@ -102,8 +102,8 @@ class ChargedPanels final : public Source {
  private:
   // Data for the field of the additional charge, built on first use. `parts` carry their mean
   // charge. `points` are smoothed point charges: those of `at_samples`, and the deviations of the
-  // samples of parts from the mean. Each has five values: position, charge / 4 pi [T m^2] and the
-  // squared smoothing length [m^2].
+  // samples of parts from the mean. Each point has five values: position [m], charge / 4 pi [T m^2]
+  // and the squared smoothing length [m^2].
   struct FineTables {
     PanelSet parts;
     std::vector<double> points;

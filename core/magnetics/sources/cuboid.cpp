@@ -16,8 +16,8 @@ namespace {
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in
-// units of half the diagonal. A distance of less than on_face is replaced by on_face on the outer
-// side of the face.
+// units of half the diagonal. A point closer than on_face to the plane of a face is moved to this
+// distance on the outer side of the face.
 template <class Lanes>
 LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out) {
   out[0] = (x + a) * scale;
@@ -41,7 +41,7 @@ LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* 
           lanes_max(u[i] * u[i] + v[k] * v[k], lanes_all<Lanes>(on_edge * on_edge));
       const Lanes e0 = r[i][k][0] + lanes_abs(w[0]), e1 = r[i][k][1] + lanes_abs(w[1]);
       const Lanes sum = r[i][k][0] + r[i][k][1] + length;
-      // defect = square (1/e0 + 1/e1) + 2 beyond, with the common denominator e0 e1
+      // e0 e1 times r0 + r1 - length, which is square (1/e0 + 1/e1) + twice_beyond
       const Lanes both = e0 * e1;
       const Lanes defect = square * (e0 + e1) + twice_beyond * both;
       if (i == k) {

@@ -43,10 +43,10 @@ class DipoleSet final : public Source {
   Points positions_, moments_;
 };
 
-// Returns the forces on the given dipoles (n x 3) by the dipoles of `by`, the torques on them, and
-// their energies. Torques are about each dipole's own position. Exchanging the two sets reverses
-// the total force up to rounding errors. `nearest` [m] regularises pairs at smaller distances R:
-// 1/nearest^3 replaces 1/R^3. Forces then grow only as 1/R, and torques stay bounded.
+// Returns forces, torques and energies of the given dipoles (n x 3) in the field of the dipoles of
+// `by`. Torques are about each dipole's own position. Exchanging the two sets reverses the total
+// force up to rounding errors. `nearest` [m] regularises pairs at smaller distances R: 1/nearest^3
+// replaces 1/R^3. Forces then grow only as 1/R, and torques stay bounded.
 Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
                        const DipoleSet& by, double nearest = 0.0);
 

@@ -71,10 +71,10 @@ static double graded(double t, double width) {
 
 namespace {
 
-// Returns a number proportional to that of the panels within the distance d of the end of an edge.
-// The distance is in units of half of the shortest edge, and the returned number is 1 for d = 1. Up
-// to d = 1, panels are refined towards the end. Beyond d = 1, the width of panels is constant or
-// grows in proportion to 1 + growth (d - 1).
+// Returns the number of panels within the distance d of the end of an edge, relative to that for
+// d = 1. The distance is in units of half of the shortest edge. Up to d = 1, panels are refined
+// towards the end. Beyond d = 1, the width of panels is constant or grows in proportion to
+// 1 + growth (d - 1).
 double panels_from_end(double d, double growth) {
   if (d <= 1.0) return std::sqrt(d);
   return 1.0 + (growth > 0.0 ? 0.5 * std::log1p(growth * (d - 1.0)) / growth : 0.5 * (d - 1.0));
@@ -101,11 +101,11 @@ struct HalfEdge {
   }
 };
 
-// Returns half of an edge along each axis. Multiples are integers, so that the panel numbers of two
-// grids have the same ratio along all edges, as extrapolation requires.
+// Returns half of an edge along each axis. Multiples are integers, so the numbers of panels of two
+// grids have the same ratio along all edges, as Richardson extrapolation requires.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
-  // Largest width of panels far from the ends, relative to the width in the middle of the shortest
-  // edge in the limit of many cells, unless panels grow towards the middle.
+  // Largest width of panels far from the ends of an edge, unless panels grow towards the middle.
+  // The unit is the width in the middle of the shortest edge, in the limit of many cells.
   // docs/experiments/magnetics.md compares values.
   constexpr double widest = 1.38;
   // Largest number of panels in an octant, in units of (cells / 2)^2, which is the number of panels

@@ -43,8 +43,8 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 // faces, for magnets nearby. Closer to the middle than `focus`, panels are nearly equal in size.
 // Farther out, their size grows with the distance, until they are refined towards the edges.
 //
-// The first n/8 of the n panels lie in the octant x, y, z > 0. Panel s n/8 + i is the mirror image
-// of panel i along the axes whose bits are set in s.
+// The first n/8 of the n panels lie in the octant x, y, z > 0. For s = 1 ... 7, panel s n/8 + i is
+// panel i mirrored along the axes whose bits are set in s (1: x, 2: y, 4: z).
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 
 // Returns the triangles of a cylinder |z| <= height / 2 about the origin, or of a ring if

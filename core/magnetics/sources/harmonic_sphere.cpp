@@ -16,8 +16,8 @@ using Complex = std::complex<double>;
 
 constexpr int top = SphericalHarmonics::most + 2;
 
-// Returns the coefficients of minus the derivative of sum Re(c S) along an axis. S are the
-// irregular harmonics in Schmidt semi-normalisation; `degree` is the highest degree in c.
+// Returns the coefficients of minus the derivative of sum Re(c S) along an axis, where S are the
+// irregular harmonics in Schmidt semi-normalisation. `degree` is the highest degree in c.
 std::vector<Complex> minus_derivative(const std::vector<Complex>& c, int degree, int axis) {
   const Complex i(0.0, 1.0);
   std::vector<Complex> d(triangle_place(degree + 2, 0));
@@ -233,7 +233,7 @@ Vector HarmonicSphere::charge_errors() const {
   if (last > 1) {
     const double before = coefficients_.segment(at(last - 1), 2 * last).squaredNorm();
     const double after = coefficients_.segment(at(last), 2 * (last + 1)).squaredNorm();
-    constexpr double most = 0.99;  // bound of the ratio, for series that converge slowly
+    constexpr double most = 0.99;  // upper bound of the ratio, for series that converge slowly
     const double ratio = before > 0.0 ? std::min(after / before, most) : most;
     density *= last * ratio / (1.0 - ratio);
   }

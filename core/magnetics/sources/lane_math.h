@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// Reinterprets doubles as integers and vice versa.
+// lanes_bits() reinterprets doubles as 64-bit integers, and lanes_of_bits() does the reverse.
 template <class Lanes>
 LOOMSTONE_INLINE MaskOf<Lanes> lanes_bits(const Lanes& a) {
   if constexpr (in_halves<Lanes>)

@@ -29,7 +29,7 @@ class MultipoleExpansion {
                                        double radius);
 
   // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is of the
-  // order of 1e-6 at 2 radii and of 1e-14 at `near` radii. Values closer than 2 radii are
+  // order of 1e-6 at 2 radii and of 1e-14 at `near` radii. Values at points closer than 2 radii are
   // meaningless.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;

@@ -1,6 +1,6 @@
 // Fields, fluxes and gradients of uniformly charged flat panels, and fields and gradients of
 // smoothed point charges, at blocks of points. Near a panel, closed forms are used. Far from it,
-// 2 x 2 quadrature points replace them.
+// point charges at 2 x 2 quadrature points replace them.
 #pragma once
 
 #include <vector>

@@ -75,8 +75,8 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
   }
 }
 
-// Computes the potential, by its closed form at any distance. Far away, the absolute rounding error
-// grows in proportion to the distance, while the potential falls with its square.
+// Computes the potential by its closed form at any distance. Far away, the absolute rounding error
+// grows in proportion to the distance, while the potential falls with the square of the distance.
 template <class Lanes>
 LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* points, Index n,
                                        double* out) {

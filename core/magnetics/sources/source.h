@@ -84,15 +84,15 @@ class Source {
   virtual std::vector<Panel> panels() const { return {}; }
   // Returns the whole surface of a solid body, including panels without charge; empty for a sphere.
   virtual std::vector<Panel> surface() const { return {}; }
-  // Returns true for a body with induced surface charge. charges() then returns quadrature points
-  // of this charge; for other sources it is empty.
+  // induced() returns true for a body with induced surface charge. charges() returns quadrature
+  // points of this charge, and nothing for other sources.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
   // Returns the estimated errors of the first entries of charges() [A m]. The remaining entries
   // count as exact. The vector is empty if there is no estimate.
   virtual Vector charge_errors() const { return {}; }
   // If this is an induced body whose charge varies within panels, returns the same body with the
-  // charge on each panel replaced by its mean, and otherwise null.
+  // charge density on each panel replaced by its mean. Returns null for all other sources.
   virtual SourcePtr panel_means() const { return nullptr; }
   // Returns dipoles that produce the field outside the source (one for a sphere), or null if there
   // are none.

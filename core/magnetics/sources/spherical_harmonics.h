@@ -24,8 +24,8 @@ class SphericalHarmonics {
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 
-  // Quadrature points on the unit sphere and their fractions of its area. The rule is exact for
-  // harmonics up to degree 2 * degree().
+  // Quadrature points on the unit sphere, and the fraction of its area that each point represents.
+  // The rule is exact for harmonics up to degree 2 * degree().
   const Points& points() const { return points_; }
   const Vector& shares() const { return shares_; }
   // Transforms between values at the points and the coefficients a of sum Re(a_lm Y_lm).
