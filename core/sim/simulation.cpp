@@ -46,7 +46,7 @@ struct Simulation::Data {
   std::shared_ptr<const Communicator> communicator;
   Decomposition decomposition = Decomposition::Predicted;
   Model model;
-  std::unique_ptr<FrameTopology> topology;  // made when first asked for
+  std::unique_ptr<FrameTopology> topology;  // built in the first call of topology()
   State state;
   StepOutcome outcome;
   std::unique_ptr<RowLayout> layout;
@@ -75,7 +75,8 @@ struct Simulation::Data {
         if (t < n) t = model.triangle_of[t];
     return triangles;
   }
-  // Copies `user` to `rows` in place, so that numpy views of the table remain valid.
+  // Copies `user`, in the user's order, to `rows`, in row order. Does not reallocate `rows`, so
+  // numpy views of it remain valid.
   void to_rows(const Points& user, const char* name, Points& rows,
                UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
@@ -226,7 +227,7 @@ const Communicator& Simulation::communicator() const { return *data_->communicat
 
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
-    // The user may have requested the report on this rank alone.
+    // Not collective, because the user may have requested the report on this rank alone.
     measure(data_->state, time(), data_->stepper->engines(), Measuring::Alone,
             data_->outcome.report);
     data_->measured = true;

@@ -27,8 +27,8 @@ struct CircuitState;
 
 class Simulation {
  public:
-  // Checks the scene and builds it. threads = 0: default_thread_count(). Results do not depend on
-  // threads, ranks or decomposition. Throws InvalidInput or Unsupported.
+  // Checks the scene and builds its model. threads = 0: default_thread_count(). Results do not
+  // depend on threads, ranks or decomposition. Throws InvalidInput or Unsupported.
   Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
              std::shared_ptr<const Communicator> communicator = single_communicator(),
              Decomposition decomposition = Decomposition::Predicted);
@@ -91,7 +91,7 @@ class Simulation {
   Points external_body_torques() const;
   void set_external_body_torques(const Points& torques);
   // Sets target positions of prescribed vertices, which replace the script. They are reached after
-  // the time step_size(). Rows of other vertices must be finite, too, but have no effect.
+  // the time step_size(). Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
   // Sets the pose of an obstacle, which replaces its keyframes. It is reached after the time
   // step_size().
@@ -100,8 +100,8 @@ class Simulation {
   // Returns the present magnetic forces [N] and torques about the centres of mass [N m] on the
   // bodies (b x 3).
   std::array<Points, 2> magnetic_forces() const;
-  // circuits() returns the currents and energies of the circuits, and the energy that bearings take
-  // from bodies. currents() returns the current in each coil [A].
+  // circuits() returns the currents and energies of the circuits, and the energy that bearings have
+  // taken from bodies. currents() returns the current in each coil [A].
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // current of the first circuit, 0 without circuits [A]
@@ -113,8 +113,8 @@ class Simulation {
   // Collective. Restores a checkpoint. Throws CacheError if the scene or the integrator differs, or
   // if the checkpoint lacks a table or has one that does not fit the scene.
   void restore(const Checkpoint& checkpoint);
-  // Rebuilds the engines of all stages. If may_checkpoint() is true, later results stay bitwise
-  // identical.
+  // Rebuilds the engines of all stages. If may_checkpoint() is true, later results are bitwise
+  // identical to those without the rebuild.
   void rebuild_stages();
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after

@@ -1,4 +1,4 @@
-// Functions by which build() fills the parts of the model and state and checks the start.
+// Functions with which build() fills the model and the start state and checks them.
 #pragma once
 
 #include "core/base/find_by_name.h"
@@ -9,8 +9,8 @@
 namespace loomstone {
 
 // Orders the cloth rows by recursive graph bisection. Sets the materials, pins, scripts, start
-// positions, start velocities, names and looks of cloth. frame_topology() makes the other tables of
-// cloth in frames.
+// positions, start velocities, names and looks of cloth. frame_topology() builds the other cloth
+// tables of frames.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
 // Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, and the
@@ -20,7 +20,8 @@ void build_bodies(const Scene& scene, Model& model, State& state);
 // Sets the uniform magnetic field, magnets, coils and bearings. If there are magnets, also sets the
 // polarity at each vertex of bodies and obstacles, for rendering.
 void build_magnetics(const Scene& scene, Model& model);
-// Checks magnets and circuits at the start positions.
+// Checks magnets, magnetisable bodies and circuits at the start positions; see
+// check_magnetic_start().
 void check_magnetics(const Model& model, const State& state);
 
 // Sets the collision model, including thickness and friction of surfaces and contact stiffness.

@@ -47,7 +47,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
     return a.row != b.row ? a.row < b.row : a.body < b.body;
   });
   // The factor 100 is our choice. It makes attachments much stiffer than the membrane. With a
-  // membrane of 300 N/m, 0.03 N pull an attached vertex 1 um away from its point on the body.
+  // membrane of 300 N/m, a force of 0.03 N pulls an attached vertex 1 um away from its point on the
+  // body.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
@@ -279,7 +280,7 @@ void build_collision(const Scene& scene, Model& model) {
   collision.surface_of_triangle.shrink_to_fit();
   number_rows(model);
   // The factor 3 is our choice. With stiffer contacts, the solver needs more iterations. With
-  // softer ones, surfaces come closer.
+  // softer contacts, surfaces come closer to each other.
   collision.contact_stiffness = scene.contact_stiffness > 0.0
                                     ? scene.contact_stiffness
                                     : 3.0 * mean_membrane_stiffness(scene);

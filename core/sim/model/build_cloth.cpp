@@ -95,10 +95,11 @@ RestCorners rest_corners_of(const Scene& scene, std::size_t c) {
   return {*cloth.mesh, cloth.rest == RestLengths::Uv, item("cloths", c, cloth.name) + ".mesh"};
 }
 
-// Returns the rest shapes of all triangles, in row order, which are computed from the meshes.
+// Returns the rest shapes of all triangles, in the order of the model. They are computed from the
+// meshes on demand.
 RestShapes rest_shapes(const Scene& scene, const Model& model) {
   std::vector<RestCorners> corners;
-  std::vector<std::shared_ptr<const TriangleMesh>> meshes;  // keeps them alive
+  std::vector<std::shared_ptr<const TriangleMesh>> meshes;  // keeps the meshes of `corners` alive
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     corners.push_back(rest_corners_of(scene, c));
     meshes.push_back(scene.cloths[c].mesh);
@@ -112,7 +113,7 @@ RestShapes rest_shapes(const Scene& scene, const Model& model) {
   return {static_cast<Index>(model.triangle_of.size()), of, bytes_of(model.triangle_of)};
 }
 
-// Returns the start positions of all cloth rows, which are computed from the meshes.
+// Returns the start positions of all cloth rows. They are computed from the meshes on demand.
 RestPositions rest_positions(const Scene& scene, const Model& model) {
   std::vector<std::shared_ptr<const TriangleMesh>> meshes;
   for (const Cloth& cloth : scene.cloths) meshes.push_back(cloth.mesh);

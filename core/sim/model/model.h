@@ -37,7 +37,7 @@ struct Model {
   Scene scene;
   ClothModel cloth;
   CollisionModel collision;
-  FrameTopology topology;            // without the tables of cloth; see frame_topology()
+  FrameTopology topology;            // without the cloth tables that frame_topology() adds
   std::vector<Index> row_of_vertex;  // row of each cloth vertex in the user's order
   std::vector<Index> triangle_of;    // user's index of each internal triangle
   std::vector<PinScript> scripts;
@@ -55,7 +55,8 @@ struct Model {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
   }
-  // Memory of the tables of cloth and of frames, without the meshes of the scene [bytes].
+  // Returns the memory of the tables of cloth and of frames, without the meshes of the scene and
+  // the collision model [bytes].
   std::size_t bytes() const {
     std::size_t sum =
         bytes_of(cloth, topology, row_of_vertex, triangle_of, prescribed, inverse_mass);
@@ -68,8 +69,8 @@ struct Model {
 
 struct State;
 
-// Returns the topology of frames, in the user's order. Its tables of cloth are made from the scene,
-// so that only processes that ask for them store them.
+// Returns the topology of frames, in the user's order. Its cloth tables are built from the scene in
+// each call, so that only processes that need the topology store these tables.
 FrameTopology frame_topology(const Model& model);
 
 // Checks the scene and builds the model and the start state. Throws InvalidInput or Unsupported.

@@ -87,7 +87,8 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
       continue;
     }
     if (share < 1.0 && state.pose_override[o] && !present_pose(model, state, static_cast<int>(o))) {
-      // A deformed mesh has no pose. Its vertices move in straight lines to the new pose.
+      // A deformed mesh has no pose. Its vertices move in straight lines to their places in the
+      // new pose.
       Points end(surface.local.rows(), 3);
       place_points(obstacle_pose(model, state, static_cast<int>(o), time, 1.0), surface.local, end);
       const auto now = state.obstacle_vertices.middleRows(first_row(model, static_cast<int>(o)), k);

@@ -11,14 +11,14 @@ namespace loomstone {
 // motion from `state` to the user's targets and poses that is complete at this time. `share` is 1
 // when the targets and poses are reached (see State::target_time).
 
-// Sets the rows of scripted pins in `target` (n x 3) to their positions at `time`. Targets set by
-// the user replace them, interpolated from the current positions according to `share`. All other
-// rows are the current positions.
+// Sets the rows of scripted pins in `target` (n x 3) to their positions at `time` [m]. In rows for
+// which the user has set a target, sets instead the position at the fraction `share` of the way
+// from the current position to this target. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
 // Returns the pose of an obstacle's mesh at `time`, which follows from its keyframes. If the user
-// has set a pose, returns instead a pose between the present pose and that of the user, according
-// to `share`, or the user's pose if the present mesh is deformed.
+// has set a pose, returns instead the pose at the fraction `share` of the motion from the current
+// pose to the user's pose, or the user's pose itself if the mesh is currently deformed.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 
@@ -26,9 +26,10 @@ RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, do
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
                        Points& vertices);
 
-// For the rigid-body world, rigid_obstacles() returns the obstacles at `time`, which must be the
-// time of `state`. A pose that the user has set replaces that at `time`. obstacle_places() returns
-// only the poses at `time`, and the vertices of obstacles that deform.
+// Obstacles for the rigid-body world. rigid_obstacles() returns the obstacles at `time`, which must
+// be the time of `state`. A pose that the user has set replaces that of the keyframes.
+// obstacle_places() returns only the poses of all obstacles and the vertices of deforming obstacles
+// at `time`.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

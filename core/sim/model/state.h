@@ -30,7 +30,8 @@ struct EnergyAccount {
   double largest_kinetic = 0.0;
 };
 
-// The part of the state that steps change. A failed step or part of a step returns to it.
+// The part of the state that steps change. If a step or a part of a step fails, the stepper
+// restores a copy that was made at the start of the step or part.
 struct SteppedState {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
@@ -50,7 +51,8 @@ struct SteppedState {
 };
 
 // A State is assigned by copying into its arrays, never by moving, because numpy views share their
-// memory. Its own members are set by the user and are constant during a step.
+// memory. The members that State adds to SteppedState are set by the user and are constant during a
+// step.
 struct State : SteppedState {
   Points external_force;  // (n x 3) forces [N]; no rows: zero
   // (b x 3) forces at the centres of mass [N] and torques about them [N m]
@@ -61,8 +63,8 @@ struct State : SteppedState {
   double target_time = 0.0;
   std::vector<std::uint8_t> pin_override;  // (n) 1: a target is set, which replaces the script
   Points pin_target;                       // (n x 3) positions [m]; no rows: zero
-  // One pose per obstacle. Where pose_override is 1, they replace the
-  // keyframes. Positions are in [m], and orientations are quaternions (w, x, y, z).
+  // One pose per obstacle, which replaces the keyframes where pose_override is 1. Positions are in
+  // [m], and orientations are quaternions (w, x, y, z).
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;
@@ -70,7 +72,8 @@ struct State : SteppedState {
   std::size_t bytes() const {
     return SteppedState::bytes() + bytes_of(external_force, pin_override, pin_target);
   }
-  // Makes a table of cloth rows, `external_force` or `pin_target`, that has no rows yet.
+  // Returns `table`, which must be `external_force` or `pin_target`. If it has no rows, first gives
+  // it a row of zeros for each cloth vertex.
   Points& made(Points& table) {
     if (table.rows() == 0) table = Points::Zero(cloth.x.rows(), 3);
     return table;

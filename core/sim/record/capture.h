@@ -16,8 +16,9 @@ struct FrameTime {
 };
 // Captures a frame at a time within the last step. Positions are interpolated linearly within the
 // part of the step that contains this time. Strains, and the largest stretch in the report, follow
-// from these positions. Given coil currents are those at this time. Velocities, contacts, circuit
-// currents and the rest of the report are those at the end of the step.
+// from these positions. Currents of coils without a circuit are also those at this time.
+// Velocities, contacts, circuit currents and the rest of the report are those at the end of the
+// step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
 // Sets the energies, their account, the strains and the circuit values of a report for `state` at
@@ -25,8 +26,8 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
 void measure(const State& state, double time, const Engines& engines, Measuring how,
              StepReport& report);
 
-// Returns the magnetic force and torque on each body at `time` [s]. They are zero if the scene has
-// neither magnets nor coils.
+// Returns the magnetic force [N] and the torque about the centre of mass [N m] on each body at
+// `time` [s]. They are zero if the scene has neither magnets nor coils.
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);

@@ -67,7 +67,7 @@ bool has_values(const Points& table) {
                      [](double value) { return value != 0.0 || std::signbit(value); });
 }
 
-// Writes a table of cloth rows, which is zero if it has no rows.
+// Writes a table of cloth rows. A table without rows is written with zeros in all rows.
 void put_rows(Checkpoint& c, const std::string& name, const Points& table, const State& state) {
   const Index n = state.cloth.x.rows();
   put(c, name, table.rows() == n ? table : Points(Points::Zero(n, 3)));
@@ -92,7 +92,7 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   get(c, "cloth.previous_x", cloth.previous_x);
   get(c, "cloth.previous_v", cloth.previous_v);
   get(c, "cloth.previous_bending", cloth.previous_bending);
-  // Only the asynchronous integrator has these tables.
+  // Only the asynchronous integrator writes these tables.
   cloth.element_steps.resize(0);
   cloth.element_clocks.resize(0, 2);
   cloth.element_positions.resize(0, 3);
@@ -102,8 +102,9 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
     get(c, "cloth.element_positions", cloth.element_positions);
 }
 
-// Reads the tables of cloth rows that users write into `s`. A table that is zero stays without rows
-// if that of `state`, to which `s` will be copied, has none.
+// Reads into `s` the tables of cloth rows that users can write. `s` is copied to `state` later. A
+// table of zeros gets no rows in `s` if it has none in `state`. Any other table also gets rows in
+// `state`.
 void get_user_rows(const Checkpoint& c, State& s, State& state) {
   get(c, "external_force", s.external_force, state.cloth.x);
   get(c, "pin_target", s.pin_target, state.cloth.x);

@@ -46,7 +46,8 @@ void check_finite(const std::string& where, const Points& points) {
             where, i, points(i, 0), points(i, 1), points(i, 2));
 }
 
-// Checks the look of an obstacle or body. Its mesh, unlike that of cloth, may have no uv.
+// Checks the look of an obstacle or body. A texture requires uv, which the meshes of obstacles and
+// bodies may lack.
 void check_body_look(const std::optional<Look>& look,
                      const std::shared_ptr<const TriangleMesh>& mesh, const std::string& where) {
   if (!look) return;

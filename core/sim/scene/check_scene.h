@@ -12,8 +12,8 @@ namespace loomstone {
 // Throws InvalidInput.
 void check_scene(const Scene& scene);
 
-// Throws InvalidInput, which names the list `where`, unless `vertices` are distinct indices in
-// [0, n).
+// Throws InvalidInput unless `vertices` are distinct indices in [0, n). `where` is the name of the
+// list in the message.
 void check_vertices(const std::string& where, const std::vector<Index>& vertices, Index n);
 
 // Returns the name of a surface in reports and files. It is `given` or, if that is empty, the kind

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns a name without a number at its end, as in sphere_2.
+// Returns a name without the number at its end, for example "sphere" for "sphere_2".
 std::string without_number(const std::string& name) {
   const std::size_t bar = name.rfind('_');
   if (bar == std::string::npos || bar == 0 || bar + 1 == name.size()) return name;

@@ -86,7 +86,7 @@ struct Obstacle {
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
   double thickness = 0.0;
-  std::vector<double> times;  // of keyframes or vertex_positions, ascending [s]
+  std::vector<double> times;  // times of keyframes or vertex_positions, ascending [s]
   Points positions;           // (times x 3) positions of the mesh's origin [m]
   Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: no rotation
   Points vertex_positions;    // (times * n x 3) vertex positions [m], in place of keyframes

@@ -76,8 +76,8 @@ class Digest {
     word(values.size());
     for (const T& value : values) add(value);
   }
-  // Hashes only fields that differ from their defaults, so that new fields do not change old
-  // hashes.
+  // Hashes only fields that differ from their defaults, so that adding a field to a description
+  // does not change the hashes of scenes that do not use it.
   template <Description D>
   void add(const D& description) {
     visit(description,
@@ -86,7 +86,7 @@ class Digest {
 
   template <Description D, class Visitor>
   static void visit(const D& description, Visitor&& visitor) {
-    D defaults;  // GCC 12 reports the strings of D{} as uninitialised
+    D defaults;  // not D{}, whose strings GCC 12 reports as uninitialised
     for_each_field<D>([&](const auto& each) {
       Digest given, usual;
       given.add(description.*(each.member)), usual.add(defaults.*(each.member));

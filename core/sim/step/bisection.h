@@ -1,4 +1,4 @@
-// Divides a step into parts. A part that fails is repeated in two halves, down to a least length.
+// Divides a step into parts. A part that fails is repeated in two halves, down to a minimum length.
 // It fails if the solver finds no solution, if certification leaves impacts, or if strain limits
 // that are satisfied at its start are exceeded at its end. It also fails if certification and
 // fallbacks, or fallbacks alone, withhold too much motion (see PartResult). A part whose error is
@@ -47,8 +47,8 @@ class Bisection {
   Verdict judge(const PartResult& result);
 
  private:
-  // Response to one cause of failure. Parts are halved until a part of the least length fails for
-  // this cause. From then on, the parts of this step are accepted despite this cause.
+  // Response to one cause of failure. Parts are halved until a part of the shortest length that is
+  // permitted for this cause fails. From then on, the parts of this step are accepted despite it.
   enum class Answer { Halve, Accept };
 
   bool limits_in_solve_;

@@ -18,8 +18,9 @@ void measure_without_contacts(const SteppedState& state, const std::vector<Rigid
                               const Engines& engines, Elasticity& elasticity, StepReport& report);
 std::vector<RigidPose> poses_of_magnets(const State& state, double time, const Engines& engines);
 
-// kinetic_energy() returns that of cloth with the velocities v. potential_energy(), which is
-// collective, returns the elastic and gravitational energy of cloth at the positions x [J].
+// kinetic_energy() returns the kinetic energy of cloth with the velocities v [J].
+// potential_energy(), which is collective, returns the elastic and gravitational energy of cloth at
+// the positions x [J].
 double kinetic_energy(const Engines& engines, const Points& v);
 double potential_energy(const Engines& engines, const Points& x);
 

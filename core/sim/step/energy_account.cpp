@@ -19,13 +19,13 @@ constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, beyond the work of scripts and loads and
 // the energy that contacts lose, as a fraction of the same scale. Where pins move cloth and no
 // triangle is at its strain limits, gain_tolerance applies instead. The accuracy multiplies this
-// tolerance, too. Our choice: in 14 other scenes, the gain is below 0.003. It is 0.63 where
-// contacts throw two magnets apart that should stay together, and up to 0.07 in harmless steps of
-// such magnets (docs/experiments/energy.md).
+// tolerance, too. Our choice: the gain is 0.63 where contacts throw apart two magnets that should
+// stay together, up to 0.07 in harmless parts of a scene with magnets on cloth, and at most 0.003
+// in 14 other scenes (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
-// For this gain, the scale is at least this fraction of the work of scripts in the part. Our
-// choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and
-// pushed cloth gains at most 0.02 of the largest kinetic energy.
+// For the gain of everything but contacts, the scale is at least this fraction of the work of
+// scripts in the part. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps
+// its long steps, and pushed cloth gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
 // A part is shortened to the largest length for which the energy that contacts are expected to
 // create is at most this fraction of the tolerated energy, or to the shortest permitted length.
@@ -35,7 +35,7 @@ constexpr double aim = 0.5;
 constexpr double tolerated_after_solve = 0.005;
 
 // Returns the energy of everything but contacts [J]. Includes the energy that resistances and
-// bearings have taken since the start, minus the energy supplied to circuits and given currents.
+// bearings have taken since the start, minus CircuitState::supply.
 double total_energy(const StepReport& report) {
   const EnergyReport& e = report.energy;
   const CircuitReport& c = report.circuits;
@@ -60,13 +60,13 @@ double lost_after_solve(const Solved& solved, const Engines& engines, const Stat
     lost += kinetic_energy(engines, solved.v) - kinetic_energy(engines, cloth.v);
   if (!same_bits(solved.x, cloth.x)) {
     const double before = potential_energy(engines, solved.x);
-    lost += before - potential_energy(engines, cloth.x);  // last, because it is needed again
+    lost += before - potential_energy(engines, cloth.x);  // last, so that this energy stays cached
   }
   return lost;
 }
 
-// Returns the energy of everything but contacts, minus that when the account began and minus the
-// work of scripted motion and loads [J].
+// Returns the energy of everything but contacts, minus its value when the account began and minus
+// the work of scripted motion and loads [J].
 double gain_of(const EnergyAccount& account, const StepReport& report) {
   return total_energy(report) - account.start - account.scripts - account.loads;
 }
@@ -79,8 +79,9 @@ double measured_gain(const SteppedState& state, const std::vector<RigidPose>& ob
   return gain_of(state.account, report);
 }
 
-// Returns a bound on the energy of rounding errors [J]: that of cloth which moves by 1e-10 of its
-// size in h [s]. Our choice: rounding of positions moves cloth by about 1e-16 of its size.
+// Returns a bound on the energy of rounding errors [J]: the kinetic energy of cloth that moves by
+// 1e-10 of its size in the time h [s]. Our choice: rounding of positions moves cloth by about 1e-16
+// of its size.
 double rounding_energy(double h, const Model& model) {
   const double speed = 1e-10 * model.cloth_size / h;
   return 0.5 * model.cloth.mass.sum() * speed * speed;
@@ -175,15 +176,16 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
   const double energy = energy_at_end(state, part.t1, engines);
   const bool pinned = pins_move(engines.model.cloth, loads);
-  // Stiff phases of strain limits store energy that the account omits.
+  // Limit phases store energy that the account omits.
   const bool may_gain = (pinned || !engines.integrator->damps()) && !engines.at_limits();
   const bool moved = pinned && may_gain;
   if (!may_gain && std::max(energy, near.energy) <= tolerated) return part.length;
-  // The gain at the start is measured first, because energies at its positions are still known.
+  // The gain at the start is measured first, because energies at the start positions are still
+  // cached.
   const double at_start = gain_at_start(part, engines, state);
   const double at_end = measured_gain(state, poses_of_magnets(state, part.t1, engines), engines);
   const double by_contacts = energy - near.energy;
-  // Shorter parts do not prevent what sweeps of strain limits gain.
+  // Energy that sweeps of strain limiting add is not counted: shorter parts do not prevent it.
   const double by_limits = account.limits - part.start->account.limits;
   const double in_part = at_end - at_start + std::min(0.0, by_contacts) + std::min(0.0, by_limits);
   // If scripts stretch cloth slowly, their work is much larger than the kinetic energy.

@@ -19,15 +19,16 @@ struct AfterSolve {
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
 // the solve is attributed to untangling or to scripted motion or, without either, to certification.
-// Returns the energy gained after the solve or by carried vertices (MovedBodies::carried_gain), or
-// 0 if energy was lost or `after.untangles` is true [J].
+// Returns the energy gained after the solve plus MovedBodies::carried_gain [J], where losses count
+// as 0. Returns 0 if `after.untangles` is true.
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
-// Returns whether everything but contacts has gained energy by the start of a part, beyond the work
-// of scripts and loads and the energy that contacts had when the account began. The tolerated gain
-// is a fraction, scaled by ImplicitOptions::accuracy, of the largest kinetic energy so far or, if
-// that is larger, of this work. Always false without an accuracy.
+// Returns whether, by the start of a part, everything but contacts has gained more energy than is
+// tolerated, beyond the work of scripts and loads and the energy that contacts had when the account
+// began. The tolerated gain is a fraction, scaled by ImplicitOptions::accuracy, of the largest
+// kinetic energy so far or, if that is larger, of the work of scripts or of loads. Always false
+// without an accuracy.
 bool has_gained(const StepContext& part, const Engines& engines, const State& state);
 
 // Sets the account and the balances in a report whose energies are those of `state`.
@@ -39,13 +40,14 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // the energy that contacts have lost. Contacts create energy if surfaces approach each other within
 // a part, because the contact force begins only at the end of the part. By then, the surfaces may
 // be much closer than their thickness. The tolerated energy is a fraction of the largest kinetic
-// energy so far or, if that is larger, of the energy of contacts at the start of the part: scripted
-// surfaces may press still cloth together. If the step is not automatic and scripted surfaces move,
-// no part is shortened to less than a quarter of the step. In shorter parts, impacts between cloth
-// and scripted surfaces that close on it quickly remain unresolved. know_contacts() should have
-// been called; otherwise contacts are found again. With asynchronous steps, certification creates
-// energy if it stretches cloth at impacts that events have missed. `gained` is the energy that it
-// added [J]. A part that gains too much is halved, unless it has the shortest permitted length.
+// energy so far or, if that is larger, of the energy of contacts at the start of the part, because
+// scripted surfaces may compress cloth that is at rest. If the step is not automatic and scripted
+// surfaces move, no part is shortened to less than a quarter of the step. In shorter parts, impacts
+// between cloth and scripted surfaces that approach it quickly remain unresolved. know_contacts()
+// should have been called; otherwise contacts are found again.
+// In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
+// have missed. `gained` is the result of add_to_account() [J]. A part in which it is too large is
+// halved, unless the part has the shortest permitted length.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

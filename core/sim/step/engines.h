@@ -69,8 +69,7 @@ struct Engines {
   bool limits_in_solve = false;  // true: the implicit solve includes strain limits
   double recovery_rate = 0.0;    // see loomstone::recovery_rate() [1/s]
 
-  // Collective. Returns whether any triangle of any rank was in a stiff phase of its strain limits
-  // in the last solve.
+  // Collective. Returns whether any triangle of any rank was in a limit phase in the last solve.
   bool at_limits() const;
 };
 

@@ -15,10 +15,10 @@ namespace loomstone {
 struct Certified {
   PartResult result;
   bool moved = false;  // this stage moved cloth
-  // (n x 3) Positions [m] and velocities [m/s] of cloth before that; no rows unless `moved`.
+  // (n x 3) Positions [m] and velocities [m/s] of cloth before this stage; no rows unless `moved`.
   Points solved_x, solved_v;
   double limited = 0.0;  // energy that limiting removed from cloth [J]
-  // After limiting; empty without a limiter or if vertices may have moved since.
+  // Report after limiting; empty without a limiter or if vertices may have moved since.
   std::optional<LimitReport> limits;
 };
 

@@ -18,8 +18,8 @@ constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction 
 // A part of the step is divided if fallbacks withhold more than this fraction of its motion.
 constexpr double much_motion = 0.01;
 // Sweeps that would add more energy than this fraction of the largest kinetic energy so far are
-// taken back if the solve limits strain, too. In very short parts, the correction of a small excess
-// would throw vertices away. Our choice.
+// undone if the solve limits strain, too. In very short parts, the correction of a small excess
+// would give vertices very large velocities. Our choice.
 constexpr double gained_by_sweeps = 0.1;
 
 // A strain mode (weft, warp, shear) of a triangle: the amount by which its strain exceeds the
@@ -126,12 +126,12 @@ class Constraining {
   }
 
   // Returns whether the limits are satisfied after limiting and no impulses change the positions.
-  // Until certification moves vertices, no check is then needed.
+  // In this case, no check is needed until certification moves vertices.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
-  // Holds the loaded vertices. Gives up the cloths that exceed their limits before certification,
-  // for example because scripted motion leaves no room or there were too few sweeps: later rounds
-  // do not limit them; their excess is reported.
+  // Marks the loaded vertices in held_. Gives up the cloths that exceed their limits before
+  // certification, for example because scripted motion leaves no room or there were too few sweeps:
+  // later rounds do not limit these cloths, and their excess is reported.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     for (const Index i : in_.loaded) held_[i] = 1;
@@ -168,8 +168,8 @@ class Constraining {
     return std::any_of(worse.begin(), worse.end(), [](std::uint8_t w) { return w != 0; });
   }
 
-  // Stores the certified state with the least excess, which is used if no certified state satisfies
-  // the limits. check() must have measured x1_.
+  // Stores the certified state if its excess is the least so far. The stored state is used if no
+  // certified state satisfies the limits. Call it only after check(x1_).
   void keep_best() {
     const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
     if (excess >= least_excess_) return;

@@ -2,7 +2,7 @@
 // alternate: certification corrects the limited motion, and limiting repairs strains that
 // certification causes. If no round satisfies both, the fallback moves cloth back towards the start
 // of the part, where both are usually satisfied. If fallbacks withhold more than 1 % of the motion,
-// the caller divides the part again, down to a least length.
+// the caller divides the part again, down to a minimum length.
 #pragma once
 
 #include <cstdint>

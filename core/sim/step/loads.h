@@ -43,7 +43,7 @@ void find_cloth_forces(double time, const State& state, const Engines& engines, 
 // Adds to `velocity` (2 b x 3) the changes that loads.body_impulse causes.
 void add_body_impulses(const Loads& loads, Points& velocity);
 
-// Returns whether a script moves some prescribed vertex of cloth in the part.
+// Returns whether a script or a target of the user moves any prescribed vertex in the part.
 bool pins_move(const ClothModel& cloth, const Loads& loads);
 
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads);

@@ -11,13 +11,13 @@ namespace loomstone {
 
 namespace {
 
-// Attached vertices that differ from the points on their bodies by less than this fraction of the
-// size of the cloth do not change its energy. Our choice.
+// If no attached vertex is farther from its point on the body than this fraction of the size of the
+// cloth, carried_gain is 0, because the differences are rounding errors. Our choice.
 constexpr double rounding_of_places = 1e-10;
 
 // Returns the impulses that change the momenta of the bodies from those at the velocities `before`
-// (2 b x 3) to those in `solved`. If the integrator has moved the bodies, their inertia in world
-// axes has changed with their orientation.
+// (2 b x 3) to those at the velocities in `solved`. If the integrator has moved the bodies, their
+// inertia in world axes has changed with their orientation.
 BodyImpulses solved_impulses(const Loads& loads, const Points& before, const SolvedBodies& solved,
                              const Model& model) {
   BodyImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
@@ -56,10 +56,11 @@ std::vector<Index> carriers_of_cloth(const Model& model) {
   return bodies;
 }
 
-// Divides the impulses that the cloth and the user's forces exert in a part between its start and
-// its end. Bodies with attached vertices, without contacts and with constant magnetic forces then
-// have the velocities and the mean velocities in the part that the integrator has computed, and
-// move by h v+ if it has not moved them. On other bodies, all impulses act at the start.
+// Divides the impulses of the cloth and of the user's forces in a part into impulses at its start
+// and impulses at its end, and returns them in this order. Without contacts and under constant
+// magnetic forces, bodies with attached vertices then get the final velocities and the poses that
+// the integrator has computed. If it has computed no poses, the bodies move by their final
+// velocities times the length of the part. On other bodies, all impulses act at the start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
                                              const SolvedBodies& solved, const RigidState& rigid,
                                              const Model& model) {
@@ -74,7 +75,7 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
     const RigidPose to = solved.poses.empty() ? RigidPose{from.position + part.h * speed,
                                                           turned(from.orientation, rate, part.h)}
                                               : solved.poses[b];
-    // Momenta at the start, and half of what gravity and magnetic forces add to them.
+    // Momenta at the start plus half of the momenta that gravity and magnetic forces add.
     const Vec3 momentum =
         0.5 * (mass * (start.row(2 * b) + loads.body_velocity.row(2 * b)).transpose() -
                loads.body_impulse.row(2 * b).transpose());

@@ -14,12 +14,13 @@ struct MovedBodies {
   double carried_gain = 0.0;
 };
 
-// The impulses of the cloth follow from the difference between the velocities in `solved` and those
-// predicted in `loads`. If the integrator has also moved the bodies, attached vertices are placed
-// at their points on the bodies. Without magnets, coils and bearings, bodies whose motion no
-// contact changes then keep the motion that the integrator computed. With them, bodies move in the
-// sub-steps of the magnets. Those with attached vertices do so by impulses that, under constant
-// magnetic forces, lead to the motion of the solve.
+// Moves the bodies. The impulses of the cloth follow from the difference between the velocities in
+// `solved` and those predicted in `loads`. If the integrator has also moved the bodies, attached
+// vertices are placed at their points on the bodies. In scenes with magnets, coils or bearings,
+// bodies move in magnetic sub-steps. The impulses on bodies with attached vertices then reproduce
+// the motion of the solve, provided that magnetic forces are constant and nothing touches the
+// bodies. In other scenes, bodies that the integrator has moved keep this motion unless contacts
+// change it.
 MovedBodies move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                         State& state, Engines& engines, StepReport& report);
 

@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the predicted velocities of vertices of bodies and obstacles, which follow the `n`
-// vertices of cloth.
+// Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Row 0 belongs to
+// the first collision vertex after the cloth.
 Points body_vertex_velocities(const StepContext& part, const Loads& loads, const State& state,
                               const Model& model) {
   const Index n = model.cloth.n_vertices;
@@ -28,7 +28,7 @@ Points body_vertex_velocities(const StepContext& part, const Loads& loads, const
   return velocities;
 }
 
-// Predicted velocities of collision vertices.
+// Returns the predicted velocities of all collision vertices [m/s].
 VertexVelocities predicted_velocities(const StepContext& part, const Loads& loads,
                                       const State& state, const Model& model) {
   return VertexVelocities([&, of_bodies = body_vertex_velocities(part, loads, state, model)](
@@ -40,8 +40,8 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
   });
 }
 
-// Change of velocity in the last part, scaled to the length of this part. Contact terms assume this
-// change in this part, which reduces the lag of sliding contacts.
+// Returns the change of velocity in the last part, scaled to the length of this part [m/s]. Contact
+// terms assume this change in this part, which reduces the lag of sliding contacts.
 VertexVelocities expected_change(const StepContext& part, const State& state, const Model& model) {
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
   const double scale = state.cloth.change_scale(part.h);
@@ -52,9 +52,9 @@ VertexVelocities expected_change(const StepContext& part, const State& state, co
 }
 
 // Adds a stiff two-way spring between each attached vertex and its point on the body. In parts that
-// are shorter than the time in which strains recover (recovery_rate()), it is viscous, too:
-// rotation and contacts may have moved the vertex away from its point, and to come back within such
-// a part, it would need a large velocity.
+// are shorter than the time in which strains recover (see recovery_rate()), the spring is viscous,
+// too. Otherwise, a vertex that rotation or contacts have moved away from its point would return to
+// it within such a part, and would get a large velocity.
 void add_attachments(const StepContext& part, const Engines& engines, const State& state,
                      ExtraTerms& terms) {
   const Model& model = engines.model;
@@ -75,7 +75,7 @@ void add_attachments(const StepContext& part, const Engines& engines, const Stat
   }
 }
 
-// Cloth rows of this rank if `elasticity` is divided among ranks, otherwise all.
+// Returns the cloth rows of this rank if `elasticity` is divided among ranks, otherwise all rows.
 Rows cloth_rows(const Engines& engines, const Elasticity& elasticity) {
   const Index n = engines.model.cloth.n_vertices;
   if (!elasticity.divided()) return {0, n};

@@ -13,23 +13,23 @@ struct NearContacts {
   // Contacts at the start; none if the integrator handles them at events. If terms are divided,
   // only the contacts that this rank keeps (see CollisionStage::divide()).
   std::vector<Contact> contacts;
-  ContactTotals totals;           // of the contacts of all ranks
+  ContactTotals totals;           // totals of the contacts of all ranks
   std::vector<Contact> repelled;  // contacts that receive impulses after the solve
   // Vertices of the contacts at the start, if the integrator handles contacts at events.
   std::vector<std::array<Index, 4>> touching;
-  // In this order: contacts, intersections to untangle, attachments. Contacts that act on no row of
-  // this rank may be omitted.
+  // Terms of contacts, of intersections to untangle, and of attachments, in this order. Contacts
+  // that act on no row of this rank may be omitted.
   ExtraTerms terms;
   bool terms_divided = false;  // true: each rank has the terms of its rows
   bool any_terms = false;      // some rank has terms of contacts
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
-  // forced[s] is 1 if surface s is a cloth whose strain limits are forced: at the start, triangles
-  // of it that touch an obstacle exceed their limits by more than limit_margin(). yields[v] is 1 if
-  // cloth vertex v belongs to such a cloth and touches an obstacle. Both are empty if no limits are
-  // forced.
+  // forced[s] is 1 if surface s is a cloth whose strain limits are forced: at the start, at least
+  // one of its triangles touches an obstacle and exceeds its limits by more than limit_margin().
+  // yields[v] is 1 if cloth vertex v belongs to such a cloth and touches an obstacle. Both are
+  // empty if no limits are forced.
   std::vector<std::uint8_t> forced, yields;
-  double energy = 0.0;  // of all contacts at the start, known after certification [J]
+  double energy = 0.0;  // energy of all contacts at the start [J]; set after certification
   Tangle tangle;        // intersections at the start
   // (vertices x 3) predicted velocities of collision vertices [m/s]; set only if the integrator
   // handles contacts at events

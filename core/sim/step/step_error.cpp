@@ -23,7 +23,7 @@ constexpr double expected_in_parts = 2.0;
 constexpr double expected_in_steps = 0.7;
 // Length of a repeated part, as a fraction of the length that the error allows.
 constexpr double safety = 0.8;
-// Largest factors by which an automatic step is longer than the last one: without contacts, with
+// Largest ratios of the lengths of an automatic step and the preceding one: without contacts, with
 // contacts, and after contacts that created energy have shortened steps (see
 // ClothState::settled_step). Our choice.
 constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0;
@@ -32,9 +32,9 @@ constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0
 // step, because other motion, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 
-// Largest automatic step, as a fraction of the largest one, while strain limits are forced (see
-// NearContacts::forced). Our choice: triangles that come to touch an obstacle within a step yield
-// only in the next one, and until then pull the others along.
+// Upper limit of automatic steps while strain limits are forced (see NearContacts::forced), as a
+// fraction of StepChoice::largest. Our choice: triangles that begin to touch an obstacle within a
+// step yield only in the next step, and until then pull the other triangles along.
 constexpr double share_when_forced = 0.2;
 
 // Returns the relative error that is tolerated. The error of the motion is proportional to the

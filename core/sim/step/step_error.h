@@ -20,17 +20,17 @@ StepError error_of_motion(const StepContext& part, const Loads& loads, const Sta
 // Returns whether the error of an attempt is too large and the part can be shortened.
 bool too_large(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the result of an attempt at a part whose error is too large. It contains the length that
-// the error allows.
+// Returns the result of an attempt at a part whose error is too large. The result contains the
+// length that the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
 // Returns the result of an attempt that created too much energy (see length_without_gain()). To
 // avoid this, the part must be shortened to the length `longest`, in 64ths of the step.
 PartResult shortened_for_gain(int longest);
 
-// Returns the length that the error probably allows for the next part of a step of given length, in
-// 64ths of the step (see StepPart). The error is estimated from the last part. If there is no last
-// part, it is that of a motion at the present velocities.
+// Returns the length that the error is expected to allow for the next part of a step of given
+// length, in 64ths of the step (see StepPart). The expected error is estimated from the last part
+// or, if there is none, from a motion at the current velocities.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
 // Stores in `cloth` the length that `error`, the error of `part`, allows for the next part.

@@ -25,7 +25,9 @@ struct StepOutcome {
   std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
   // (n) 1: in contact, 2: in a triangle that is forced to intersect
   std::vector<std::uint8_t> contact;
-  std::vector<BrokenLimit> broken;  // with internal triangle indices, the largest excess first
+  // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
+  // triangle indices, in descending order of excess.
+  std::vector<BrokenLimit> broken;
   // Pairs of triangles (all surfaces) that are forced to intersect.
   std::vector<std::array<Index, 2>> forced;
 };

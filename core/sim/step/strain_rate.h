@@ -8,7 +8,7 @@
 namespace loomstone {
 
 // Limits the strain rate, except in asynchronous steps, and reports the excess over strain limits
-// at the end of the part. Keeps the cloth in `solved` before it changes velocities. Returns the
+// at the end of the part. Copies the cloth to `solved` before it changes velocities. Returns the
 // energy that it removes from cloth [J].
 double limit_strain_rate(const StepContext& part, const Certified& certified, Solved& solved,
                          State& state, Engines& engines, StepOutcome& outcome);

@@ -31,7 +31,7 @@ class UserWrites {
   // overrides, poses, and the forces and torques on bodies from rank 0. Returns the Kind that
   // counts for the data written on all ranks. Collective.
   Kind settle(const RowLayout& layout, State& state);
-  void forget() { written_ = Nothing; }  // call it after replacing the whole state
+  void forget() { written_ = Nothing; }  // must be called after the state is replaced
   std::size_t bytes() const { return bytes_of(x_, v_); }
   void remember(const State& state);  // copies positions and velocities if watching()
 

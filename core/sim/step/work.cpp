@@ -78,8 +78,8 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
-// Returns the forces of limit phases in owned rows (n x 3) in the solve, which leads from `start`
-// to `end` [N].
+// Returns the forces that limit phases exert in the solve, which moves the cloth from `start` to
+// `end`, in owned rows (n x 3) [N].
 Points limit_forces(const Points& start, const Points& end, Engines& engines) {
   const auto at = [&](double share) {
     const Points x = start + share * (end - start);
@@ -150,7 +150,7 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
   return terms;
 }
 
-// The work that a contact adds to one of the sums [J].
+// The work that a contact adds to PartWork::scripts or PartWork::friction [J].
 struct WorkOfContact {
   enum Sum : std::uint64_t { Scripts, Friction };
   WorkOfContact(const Contact& contact, Sum sum, double given)

@@ -9,8 +9,8 @@ namespace loomstone {
 // Cloth and bodies after the solve and the bodies' stage, before limits and certification change
 // them.
 struct Solved {
-  // (n x 3) Positions [m] and velocities [m/s] of cloth. They are copied before the first change;
-  // no rows: the state has not changed.
+  // (n x 3) Positions [m] and velocities [m/s] of cloth, copied before a later stage changes them;
+  // no rows: the cloth of the state has not changed since.
   Points x, v;
   // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
   Points body_velocity;
@@ -40,9 +40,9 @@ struct PartWork {
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
-// Notes the energy of bodies in `state`, and the velocities of bodies from the solve. Until
-// Solved::keep() is called, which must precede a change of cloth, its positions and velocities are
-// those of `state`.
+// Stores the energy of bodies in `state`, and their velocities from the solve, in `solved`. Removes
+// the copies of positions and velocities of cloth. A stage that changes the cloth must first copy
+// them, for example by Solved::keep().
 void note_solved(const Engines& engines, const State& state, const Points& body_velocity,
                  Solved& solved);
 
