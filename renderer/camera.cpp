@@ -3,10 +3,10 @@
 // (c - eye_c), where t is the tangent of half the angle of view, reduced by a margin. The largest
 // values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to the intersection of
 // two half-planes, whose corner is the closest possible eye. The vertical direction is analogous.
-// The eye is placed at the larger of the two distances. In the direction that requires the smaller
-// distance, the points are then centred in the picture. If the camera turns, the largest
-// values are those over the circles on which the points turn, so that the distance is the same in
-// all directions.
+// The eye is placed at the larger of the distances that the two directions require. In the
+// direction that requires the smaller distance, the points are then centred in the picture. If the
+// camera turns, the largest values are those over the circles on which the points turn, so that the
+// distance is the same in all directions.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.92;  // fraction of width and height that may be filled (our choice)
+constexpr double margin = 0.92;  // fraction of width and height that the points may fill
 constexpr double pi = 3.14159265358979323846;
 
 void include(const Vec3& point, Framing& framing) {
@@ -54,8 +54,8 @@ Framing nothing() {
   return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
 }
 
-// Enlarges the box so that each edge has at least 2 % of the original length of the diagonal, and
-// 1e-6 m. A box without points becomes a cube with edges of 1 m about the origin.
+// Enlarges the box so that each edge is at least 1e-6 m long, and at least 2 % of the original
+// length of the diagonal. A box without points becomes a cube with edges of 1 m about the origin.
 void widen(Framing& framing) {
   if (!(framing.low.array() <= framing.high.array()).all()) {
     framing.low = Vec3::Constant(-0.5);
@@ -69,8 +69,8 @@ void widen(Framing& framing) {
   }
 }
 
-// Eye and target at a time. Each of the two that has key frames moves along a cubic spline through
-// them (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
+// Eye and target of the camera at one time. If the eye or the target has key frames, it moves along
+// a cubic spline through them (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
 struct Sight {
   Vec3 eye, target;
 };
@@ -179,14 +179,14 @@ View aimed(const Camera& camera, double aspect, const Sight& sight) {
   return view;
 }
 
-// Rotates a view about an axis.
+// Rotates a view by an angle [rad] about an axis through `centre`.
 void turn(const Vec3& centre, const Vec3& axis, double angle, View& view) {
   const Mat3 rotation = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   view.eye = centre + rotation * (view.eye - centre);
   for (Vec3* direction : {&view.right, &view.up, &view.forward}) *direction = rotation * *direction;
 }
 
-// Checks a scene and the options, and returns the visible part of the scene.
+// Checks the topology and the options, and returns the topology without hidden bodies.
 FrameTopology checked(const FrameTopology& topology, const RenderOptions& options) {
   check_topology(topology);
   check_options(options, 8, 16384);
@@ -252,7 +252,8 @@ void CameraFit::include(const Frame& frame) {
     framing_.points.insert(framing_.points.end(), now.points.begin(), now.points.end());
   }
   if (framing_.points.empty()) return;
-  // Only the points that bound the position of the eye are kept. If they are visible, all are.
+  // Only the points that bound the position of the eye are kept. If these are visible, all points
+  // are.
   const Support support(camera_, framing_);
   std::vector<Vec3> outermost;
   const View view = aimed(camera_, aspect_, sight(camera_, 0.0));

@@ -19,9 +19,9 @@ struct Framing {
 };
 
 // Returns the region of the cloth and of visible bodies other than floors, extended downwards to
-// the lowest point to which the cloth is expected to fall. This point lies below the top of the
-// cloth by the larger horizontal extent of the cloth, or at the floor if that is higher (our
-// choice: a sheet held at one side falls that far).
+// the lowest point to which the cloth is expected to fall. This point lies on the floor or, if that
+// is higher, below the top of the cloth by the larger horizontal extent of the cloth: a sheet
+// pinned at one side falls that far.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible.

@@ -33,7 +33,8 @@ class GlObject {
 
 GlObject make_buffer(const GL& gl);
 GlObject make_vertex_array(const GL& gl);
-// Description of a texture. make_texture() makes no mipmaps and clamps the texture to its edge.
+// Description of a texture. make_texture() makes no mipmaps, and it clamps texture coordinates to
+// the edge.
 struct Texture {
   GLenum format;
   int width, height;           // pixels

@@ -20,7 +20,7 @@ struct SurfaceImages {
   // Unit normal of the visible side, in the world frame, 3 numbers per pixel; zeros: no surface.
   std::vector<float> normal;
   // Number of the surface, or 0 if there is none. Cloths are numbered from 1, followed by bodies
-  // and obstacles in the order of the topology. All curves have the next number.
+  // and obstacles in the order of the topology. All curves share the next number.
   std::vector<std::int32_t> id;
 };
 

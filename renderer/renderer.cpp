@@ -78,7 +78,7 @@ Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options,
   GLint most_samples = 1, most_pixels = 0;
   d.gl.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
   d.gl.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most_pixels);
-  const bool separate = most_samples < 2;  // then 4 single samples are drawn instead of 2 or 4
+  const bool separate = most_samples < 2;  // no MSAA: 4 drawings replace 2 or 4 samples per pixel
   check_options(options, separate ? 4 : most_samples, most_pixels);
   const SurfacePass::Samples samples{options.samples, separate && options.samples > 1};
   const int w = options.width, h = options.height, half_w = (w + 1) / 2, half_h = (h + 1) / 2;
@@ -170,7 +170,7 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
   const std::vector<PlacedFloor> floors = place_floors(frame);
 
   const View view = this->view(frame.time);
-  Vec3 low = framing->centre(), high = low;  // box of the centre and all that casts shadows [m]
+  Vec3 low = framing->centre(), high = low;  // box around the centre and all shadow casters [m]
   Reach reach(view, options.width, options.height);
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);

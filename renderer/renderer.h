@@ -1,5 +1,4 @@
-// Headless rendering of frames. At run time, the first library found of OSMesa, surfaceless EGL and
-// the OSMesa of wheels is used; see context.h.
+// Headless rendering of frames. The OpenGL library is chosen at run time; see context.h.
 #pragma once
 
 #include <memory>

@@ -13,7 +13,8 @@ struct LightView {
 };
 
 // Returns a view that covers the bounding box [low, high] of everything that casts shadows. The map
-// moves by whole texels and changes its size in steps of 10 %, against shimmering edges of shadows.
+// moves by whole texels and changes its size in steps of 10 %, so that the edges of shadows do not
+// shimmer.
 LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& high);
 
 class ShadowPass {

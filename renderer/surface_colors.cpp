@@ -8,7 +8,7 @@ namespace loomstone {
 using Rgb = Eigen::Vector3f;
 
 Rgb cloth_color(std::size_t cloth) {
-  // The colours are our choice.
+  // Front colours of the first cloths in linear RGB. Further cloths repeat them.
   static const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f),
                                              Rgb(0.245f, 0.31f, 0.185f), Rgb(0.56f, 0.36f, 0.11f),
                                              Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};

@@ -1,6 +1,6 @@
 // GLSL shading of all surfaces. Colours of materials are linear until encode() converts them to
-// sRGB. The constants were chosen by eye on draped cloth (our choice). They describe a warm key
-// light, a sky that is brighter and cooler than the ground, and a backdrop without a horizon.
+// sRGB. The constants were chosen by eye on draped cloth. They describe a warm key light, a sky
+// that is brighter and cooler than the ground, and a backdrop without a horizon.
 #include "renderer/surface_shaders.h"
 
 namespace loomstone {

@@ -7,7 +7,7 @@
 namespace loomstone {
 namespace {
 
-// Number of sides of a tube. Neighbouring sides meet at an angle of 36 degrees, less than the
+// Number of sides of a tube. The normals of neighbouring sides differ by 36 degrees, less than the
 // crease angle, so tubes look smooth.
 constexpr Index sides = 10;
 

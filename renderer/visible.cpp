@@ -76,7 +76,7 @@ PlaneUv floor_uv(const FrameTopology& topology, const Points& x, Index body) {
     squares += (place - found.point) * (place - found.point).transpose();
     products += (uv - found.at_point) * (place - found.point).transpose();
   }
-  // The corners of a floor lie in a plane, so the matrix is singular along its normal.
+  // The corners of a floor lie in a plane, so `squares` is singular along the normal of the plane.
   found.gradient = products * squares.completeOrthogonalDecomposition().pseudoInverse();
   return found;
 }
