@@ -7,8 +7,8 @@ to 1e-6 m.
 The scene `drape` runs with air drag and damped bending until no vertex moves farther than 0.1 mm in
 0.2 s, or until 20 s (--longest). Each run appends one row to the table; runs already in the table
 are skipped. Folds form by chance, so the summary gives means over the runs with their standard
-errors. Heights are measured from the centre of the sphere, for the centre of mass, the lowest
-vertex and the middle vertex.
+errors. The heights are those of the centre of mass, the lowest vertex and the middle vertex, above
+the centre of the sphere.
 """
 
 import argparse

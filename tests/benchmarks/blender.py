@@ -29,7 +29,7 @@ SUFFIXES = {"usd": "run.usdc", "gltf": "run.glb", "alembic": "run.abc", "pc2": "
 
 
 def simulated(directory: Path, triangles: int, duration: float) -> ls.Run:
-    """Returns a run of scenes/drape.py."""
+    """Simulates scenes/drape.py and returns the run."""
     spec = importlib.util.spec_from_file_location("drape", SCENES / "drape.py")
     scene = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scene)

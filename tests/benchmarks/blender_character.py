@@ -1,10 +1,10 @@
-"""A character from Blender as an obstacle: exports it to glTF and USD, and compares the obstacles
-with the vertices in Blender.
+"""A character from Blender as an obstacle: exports it to glTF and USD, reads obstacles from both
+files, and compares these with the vertices in Blender.
 
     python tests/benchmarks/blender_character.py [--blender-python PYTHON]
 
 PYTHON is an interpreter that has the module bpy (Blender 5, Python 3.11). The character is a tube
-with a skin, a shape key and a moving armature. The program prints the largest distance between a
+with a shape key, skinned to a moving armature. The program prints the largest distance between a
 vertex in Blender and the nearest one of the obstacle, over all frames.
 """
 

@@ -54,7 +54,7 @@ SIZES = {
     "uneven": ({"triangles": 600}, 0.8),
     "wave_bar": ({"triangles": 1800}, 1.0),
 }
-# Constructor and duration [s] of each scene without a scene file. They run with SemiImplicitEuler.
+# Constructor and duration [s] of each scene without a scene file. All run with SemiImplicitEuler.
 EXTREME = {
     "ball_corners": (lambda: caught(40.0, corners=True), 0.4),
     "ball_edges": (lambda: caught(40.0), 0.4),

@@ -3,14 +3,14 @@
     python tests/benchmarks/culling.py --intervals 2.5e-3 1e-3
 
 The scene `ribbon` runs once for each interval. Each sample has a row with the number of pairs of
-features whose 18-DOPs overlap over the next interval (overlap), those that come within reach of
-each other (reach), those that are registered for events (registered), and the part of the first
-that is not registered (culled). The 18-DOPs enclose the motion that the search assumes: 1.5 times
-the velocity, with the allowance for velocities that change. "constant" counts the pairs whose
-18-DOPs overlap at constant velocity, without the allowance. The last row of an interval has the
-sums. The exit status is 1, except with --smoke, if these show for any interval that less than half
-of the overlapping pairs are culled. [Thomaszewski2010], figure 4.5, reports more than half for its
-ribbon.
+features whose 18-DOPs overlap over the next interval (overlap), the number of those that come
+within reach of each other (reach), the number of those that are registered for events (registered),
+and the fraction of the overlapping pairs that are not registered (culled). The 18-DOPs enclose the
+motion that the search assumes: 1.5 times the velocity, with an allowance for velocities that
+change. "constant" counts the pairs whose 18-DOPs overlap at constant velocity, without the
+allowance. The last row of an interval has the sums. The exit status is 1, except with --smoke, if
+the sums of any interval show that less than half of the overlapping pairs are culled.
+[Thomaszewski2010], figure 4.5, reports more than half for its ribbon.
 """
 
 from __future__ import annotations

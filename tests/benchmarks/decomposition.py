@@ -4,10 +4,10 @@
     mpirun -n 2 python tests/benchmarks/decomposition.py out/twist
     python tests/benchmarks/decomposition.py out/twist --threads 1 2
 
-On one rank, compares how threads share the traversal of hierarchies: OpenMP tasks, loops, the pool.
-On several ranks, compares static and dynamic decomposition with their replays. Measured times are
-minima over the repetitions, so that other programs hardly affect them. The default latency and
-overhead of a message in the replays are those of shared memory.
+On one rank, compares three ways in which threads share the traversal of hierarchies: OpenMP tasks,
+loops and the task pool. On several ranks, compares static and dynamic decomposition with their
+replays. Measured times are minima over the repetitions, so that other programs hardly affect them.
+The default latency and overhead of a message in the replays are those of shared memory.
 """
 
 from __future__ import annotations

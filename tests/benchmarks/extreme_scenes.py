@@ -1,8 +1,9 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
-heaps, a tight sleeve, a wrung tube, a pushed ribbon, and magnets that clamp cloth.
+heaps, a tight sleeve, a wrung tube, a sheet pulled far beyond its limits, a pushed ribbon, and
+magnets that clamp cloth.
 
-certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py checks
-their motion.
+certify.py counts the intersections in some of these scenes, and
+tests/python/simulation/test_extreme_scenes.py checks the motion in all of them.
 """
 
 import loomstone as ls
@@ -55,8 +56,9 @@ def curtains(cells: int, hung: bool) -> ls.Scene:
 
 
 def caught(mass: float, corners: bool = False, drop: float = 0.05) -> ls.Scene:
-    """A ball that falls by `drop` [m] into a cloth of 40 g with strain limits of 2 % (shear: 4 %).
+    """A ball of `mass` [kg] that falls by `drop` [m] into a cloth of 40 g.
 
+    The strain limits of the cloth are 2 % (shear: 4 %).
     The cloth is pinned along two edges or, if `corners` is true, at its four corners.
     """
     mesh = ls.grid(size=(0.5, 0.5), cells=(15, 15))
@@ -89,9 +91,10 @@ def caught(mass: float, corners: bool = False, drop: float = 0.05) -> ls.Scene:
 
 
 def tube(radius: float, cuff: float, length: float, cells: tuple[int, int]) -> ls.TriangleMesh:
-    """A tube along z that widens to the radius `cuff` at z = 0, with weft around it.
+    """A tube along z that widens over its last four cells to the radius `cuff` at z = 0.
 
-    The last four of its cells along z widen. Each triangle has rest coordinates of its own.
+    `cells` has the numbers of cells around the tube and along it. The weft runs around the tube.
+    Each triangle has its own rest coordinates.
     """
     around, along = cells
     angles = 2.0 * np.pi * np.arange(around) / around
@@ -128,9 +131,10 @@ def sleeve(
     limit: float | None = 0.05,
     friction: float = 0.3,
 ) -> ls.Scene:
-    """A sleeve that is drawn by its cuff over a capsule, which is `wider` [1] than the sleeve.
+    """A sleeve that is drawn by its cuff over a capsule. The radius of the capsule is 1 + `wider`
+    times that of the sleeve.
 
-    The cuff moves by 0.3 m in 1 s. `limit` bounds the strain of weft and warp, and half that of
+    The cuff moves by 0.3 m in 1 s. `limit` [1] bounds the strain of weft and warp, and half that of
     shear; None: no limits.
     """
     radius = 0.05
@@ -218,8 +222,9 @@ def heap(towels: int) -> ls.Scene:
 
 
 def torn(limit: float) -> ls.Scene:
-    """A sheet with strain limits [1] over a fixed ball. Pins at two corners move away from those at
-    the other two, to four times the length of the sheet, and a heavy ball falls on it.
+    """A sheet above a static ball. The strain limit of weft and warp is `limit` [1], that of shear
+    0.1. Pins at two corners move away from those at the other two at 2 m/s, and a heavy ball falls
+    on the sheet.
     """
     flat = ls.grid(size=(0.15, 0.15), cells=(8, 8))
     places = 0.075 * np.array([(-1, -1, 0), (1, -1, 0), (-1, 1, 0), (1, 1, 0)])
@@ -252,8 +257,8 @@ def torn(limit: float) -> ls.Scene:
 
 
 def pushed(speed: float = 0.6) -> ls.Scene:
-    """A ribbon of 1 m on a table, pushed by one end at `speed` [m/s] from the start. It buckles,
-    and its other end slides over the edge of the table.
+    """A ribbon of 1 m on a table. From the start, one end is pushed at `speed` [m/s]. The ribbon
+    buckles, and its other end slides over the edge of the table.
     """
     flat = ls.grid(size=(0.06, 1.0), triangles=1200).moved((0, 0, 0.302))
     end = np.flatnonzero(flat.vertices[:, 1] > 0.499)
@@ -281,7 +286,7 @@ def pushed(speed: float = 0.6) -> ls.Scene:
 
 
 def clamped(polarization: float = 1.2) -> ls.Scene:
-    """A hung sheet between two disc magnets of 14 g, 18 mm apart, that attract each other. With
+    """A hanging sheet between two disc magnets of 14 g, 18 mm apart, that attract each other. With
     a polarization of 1.2 T, they meet at 3.9 m/s, and then hold the sheet.
     """
     sheet = ls.grid(size=(0.2, 0.2), triangles=800).moved((0, 0, 0), rotation=UPRIGHT)

@@ -34,7 +34,7 @@ def scene():
 
 
 def command(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Runs the command loomstone to its end."""
+    """Runs the command loomstone and waits for its end."""
     return subprocess.run(
         [sys.executable, "-m", "loomstone", *map(str, arguments)],
         capture_output=True,
@@ -58,8 +58,9 @@ class Whole:
         self.length = (self.out / "run.vtkhdf").stat().st_size
 
     def resumed(self, out: Path) -> str:
-        """Completes an interrupted run and compares it with this one. Returns a phrase that says
-        whether all, some or no frames, or no run file, were there before.
+        """Completes an interrupted run and compares it with this one.
+
+        Returns a phrase for what the interruption left: all frames, some, none, or no run file.
         """
         begun = (out / "run.vtkhdf").exists()
         frames = len(ls.Run(out)) if begun else 0
@@ -229,7 +230,8 @@ def read_damaged(place: Path, reader: str, seed: int) -> str:
 
 
 def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
-    """Runs trials in child processes. A crash, a hang or 4 GiB of memory ends only the child.
+    """Runs trials in child processes. A crash, a hang or an allocation beyond 4 GiB ends only the
+    child.
 
     Yields each seed with "read", "refused" or what went wrong. A child runs this file with
     `arguments`, followed by seeds, and prints a line for each seed.

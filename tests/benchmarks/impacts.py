@@ -4,10 +4,10 @@
     python tests/benchmarks/impacts.py --swing
 
 The first table has a row for each towel and step. `ratio` is the largest stretch divided by that of
-steps of 0.25 ms. `gain` is the largest increase of the energy since the start, minus the work done,
-divided by the largest kinetic energy. It leaves out the energy of contacts, which `contact`
-includes. `end` is like `gain`, but at the end of the run. `parts` is the number of parts of all
-steps, `shortest` the length of the shortest part [ms], and `cpu` the processor time [s].
+steps of 0.25 ms. `gain` is the largest increase of energy minus work since the start, divided by
+the largest kinetic energy. It leaves out the energy of contacts, which `contact` includes. `end` is
+like `gain`, but at the end of the run. `parts` is the number of parts of all steps, `shortest` the
+length of the shortest part [ms], and `cpu` the processor time [s].
 
 The second table is about sheets that are pinned at two corners and released flat. It lists the time
 until the free edge is vertically below these corners, for several stiffnesses and steps.

@@ -6,7 +6,7 @@ open in a headless Chromium.
 The simulation starts after the page has been drawn a few times, because a browser needs seconds to
 compile the shaders. Every line shows one span of elapsed time. Chromium draws without a GPU here,
 so its threads compete with the simulation for the processors. The last two columns show the
-processor time of both per second.
+processor time of the simulation and of Chromium per second.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def start_counting(page: Any, live: Any) -> None:
 
 
 def measure(page: Any, live: Any, span: float) -> str:
-    """Lets time elapse; returns a line of the table."""
+    """Waits `span` [s] while the simulation runs; returns a line of the table."""
     browser, own, begun = processor_time("chromium"), time.process_time(), time.monotonic()
     drawn = repaints(page)
     time.sleep(span)
@@ -88,7 +88,7 @@ def main() -> None:
     from loomstone import viewer
     from loomstone.runs.scene_file import SceneFile
 
-    logging.disable(logging.ERROR)  # connections that Chromium opens and does not use
+    logging.disable(logging.ERROR)  # hides errors of connections that Chromium does not use
     scene = SceneFile.open(SCENES / "drape.py", {"triangles": given.triangles}).scene()
     live = viewer.live(scene, threads=given.threads, port=0, paused=True)
     try:

@@ -189,7 +189,7 @@ def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) 
 
 
 def arguments_of(program: str, options: argparse.Namespace) -> list[str]:
-    """Returns the arguments of a program's script, after the name of the scene."""
+    """Returns the arguments that follow the name of the scene in the call of a program's script."""
     duration = ["--T", str(options.duration)]
     if program == "blender":
         quality = options.blender_quality or QUALITY[options.scene]

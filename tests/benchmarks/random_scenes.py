@@ -14,8 +14,8 @@ obstacles that move. A scene is listed if
 - the solve creates more energy than scripts and loads supply, even if certification removes it;
 - or a step takes longer than --longest.
 
-A scene ends after --wall seconds, even if its motion has not. The exit status is 1 if a step
-failed, an impact remained or triangles intersected.
+A run stops after --wall seconds, even if its simulated time is not over. The exit status is 1 if a
+step failed, an impact remained or triangles intersected.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from random_parts.sheets import random_sheet
 from smoke import parsed
 
 METHODS = ls.integrators.METHODS
-INTEGRATORS = [name for name in METHODS if name != "explicit-euler"]  # that gains energy
+INTEGRATORS = [name for name in METHODS if name != "explicit-euler"]  # explicit Euler gains energy
 KINDS = {"sheet": random_sheet, "mixture": random_mixture}
 
 
@@ -39,7 +39,7 @@ class Verdict:
 
     failure: str = ""
     n_wrong: int = 0  # steps with unresolved impacts or intersections that nothing forces
-    balance: float = 0.0  # largest increase of energy, as a fraction of the largest energy
+    balance: float = 0.0  # largest gain / larger of kinetic energy and work of scripts
     created: float = 0.0  # energy that the solve creates, as a fraction of the supplied energy
     longest: float = 0.0  # wall time of the slowest step [s]
     wrong: bool = False
@@ -72,7 +72,7 @@ def judge(sim: ls.Simulation, end: float, given: argparse.Namespace) -> Verdict:
     account = sim.report.account
     verdict.balance = gain / max(account.largest_kinetic, work, 1e-300)
     supplied = (first_kinetic or 0.0) + work + abs(account.loads) + abs(sim.report.energy.gravity)
-    verdict.created = created / (supplied + 1e-12)  # less is the rounding error of cloth at rest
+    verdict.created = created / (supplied + 1e-12)  # 1e-12 J: rounding of cloth at rest
     verdict.gaining = verdict.balance > given.tolerance or verdict.created > 1.0
     verdict.slow = verdict.longest > given.longest
     verdict.wrong = bool(verdict.failure) or verdict.n_wrong > 0

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/rank_figures.py [--figures 5.1 5.4 5.5 5.6 --out out/figures]
 
-Partitions are here the parts of the mesh that 12 ranks own; neighbouring ones have different
-colours. 5.1: layers of cloth that lie on one another; 5.4: a dress decomposed into 12 partitions;
-5.5 and 5.6: the scenes table_cloth and wave_bar (above), and their partitions (below).
+Here, a partition is the part of the mesh that one of 12 ranks owns; neighbouring partitions have
+different colours. 5.1: layers of cloth that lie on one another; 5.4: a dress decomposed into 12
+partitions; 5.5 and 5.6: the scenes table_cloth and wave_bar (above), and their partitions (below).
 """
 
 import argparse

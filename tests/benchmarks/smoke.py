@@ -55,7 +55,7 @@ def present(path: Path) -> Path:
 def mpirun(ranks: int) -> list[str]:
     """Returns the words that start a program on a number of ranks, which may share processors.
 
-    Exits with status 77 if mpirun is not installed. Requires the environment AS_ROOT.
+    Exits with status 77 if mpirun is not installed. The command needs AS_ROOT in its environment.
     """
     if shutil.which("mpirun") is None:
         missing("mpirun is not installed")

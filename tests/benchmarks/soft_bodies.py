@@ -6,9 +6,9 @@ this package and with magpylib-material-response.
 
 This package computes the reference with 20 cells per edge. Both programs start from scratch: they
 set up the cube, solve for its magnetisation and compute the force. For this package, the time
-without the set-up is also listed. It applies to every further position of the same cube. The number
-of cells in magpylib-material-response increases until the error is reached, or up to 16 cells per
-edge. Prints processor times [ms], errors and ratios of the times.
+without the set-up is also listed; a further position of the same cube takes only this time. The
+number of cells in magpylib-material-response increases until the error is reached, or up to 16
+cells per edge. Prints processor times [ms], errors and ratios of the times.
 """
 
 import argparse

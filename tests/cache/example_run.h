@@ -1,5 +1,5 @@
-// A small synthetic run. Every number of a frame is a function of the frame's index and of its own
-// place, so that each part of a file can be checked alone.
+// A small synthetic run. Every number of a frame depends only on the index of the frame and on the
+// place of the number in the frame, so that each part of a file can be checked alone.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace loomstone::testing {
 
-// A new temporary directory that its destructor removes with its content.
+// A new temporary directory. The destructor removes it with its content.
 class TemporaryDirectory {
  public:
   TemporaryDirectory();
@@ -30,7 +30,8 @@ Frame example_frame(const FrameTopology& topology, int index);
 // Writes the example frame `index`.
 void write_example(FrameWriter& writer, const FrameTopology& topology, int index);
 
-// Return whether a and b are equal, apart from coil currents. Arrays must have the same bits.
+// These functions return whether a and b are equal. Arrays must have the same bits. Coil currents
+// are not compared.
 bool same(const FrameTopology& a, const FrameTopology& b);
 bool same(const Frame& a, const Frame& b);
 

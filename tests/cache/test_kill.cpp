@@ -90,7 +90,7 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     try {
       most = std::max(most, check_run(directory.path(), topology));
     } catch (const CacheError& error) {
-      // There is no run file from the removal of the old one until the new one is renamed.
+      // The run file is absent between the removal of the old one and the renaming of the new one.
       const bool absent = std::string(error.what()).find("No such file") != std::string::npos;
       if (!absent) FAIL_CHECK(error.what());
     }

@@ -1,5 +1,5 @@
-// Elasticity keeps the forces and energies of the last positions. They must be bitwise equal to
-// those of a new object, which keeps none.
+// Tests of the forces and energies that Elasticity stores for its last positions. They must be
+// bitwise equal to those of a new object, which has stored none.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -85,7 +85,7 @@ void check_repeated(const ClothModel& model, BendingTreatment treatment,
       }
       CHECK(values(elasticity, x, velocity) == fresh(x, velocity, false));
     }
-  // The phase changes the values, so a phase that is kept by mistake would be seen.
+  // The phase changes the values, so the checks above detect a phase that is kept by mistake.
   CHECK(!(fresh(positions.front(), nullptr, true) == fresh(positions.front(), nullptr, false)));
 }
 

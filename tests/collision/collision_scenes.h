@@ -1,4 +1,4 @@
-// Small scenes for the collision tests, built from meshes as collision surfaces.
+// Small scenes for the collision tests. Each mesh of a scene becomes a collision surface.
 #pragma once
 
 #include <cmath>

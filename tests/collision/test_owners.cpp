@@ -29,8 +29,8 @@ TestScene sheets_on_table(Index cells) {
        {grid_cells(0.3, 0.3, 4, 4).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
 }
 
-// Contacts of some steps, and numbers of contacts and impacts. results() adds end positions and the
-// results of approach().
+// The contacts of all steps, and the numbers of contacts and impacts. results() also adds the end
+// positions and the results of approach().
 struct Results {
   std::vector<double> numbers;
   std::int64_t contacts = 0, impacts = 0, unlisted = 0;
@@ -182,9 +182,9 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
     std::size_t n_lists = 0;
     double cost = 0.0;
   };
-  // Returns the lists of a rank after a calm motion, and their total cost in its last ten steps.
-  // Every other vertex is lifted in proportion to x^2, so the number of contacts varies over the
-  // sheets.
+  // Returns the lists of a rank after a calm motion of 40 steps, and their total cost in the last
+  // ten steps. Every other vertex is lifted in proportion to x^2, so the number of contacts varies
+  // over the sheets.
   const auto seen_by = [&](const Communicator& ranks) {
     BroadPhase broad_phase(scene.model, pairs, {ranks.rank(), ranks.size()});
     NeighbourLists lists(scene.model, pairs, broad_phase, ranks);

@@ -9,7 +9,7 @@ record. If a step fails, the hash is that of the state before it.
 The 45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect
 results leaves all digests unchanged. A commit that affects results must contain new digests and
 explain them in its message. Digests are valid only on the machine on which they were recorded. On
-another machine, --compare names the differences and exits with status 77.
+another machine, --compare prints the properties that differ and exits with status 77.
 """
 
 from __future__ import annotations

@@ -116,8 +116,8 @@ Experiment two_magnets() {
   return made;
 }
 
-// A magnet above a coil at rest, on the axis of the coil. The magnet does not rotate, so drifts
-// conserve its kinetic energy to rounding.
+// A magnet above a coil at rest, on the axis of the coil. The magnet does not rotate, so the drifts
+// between kicks conserve its kinetic energy to rounding.
 Experiment magnet_over_coil(const Coil& coil) {
   Experiment made;
   made.add("magnet", Vec3(0, 0, 0.03));
@@ -199,7 +199,7 @@ TEST_CASE("a stage rebuilt between two steps changes no bit") {
 
 TEST_CASE("the energy from a circuit's source is heat, stored energy and work on bodies") {
   Coil coil = winding();
-  // With the second inductance, the current follows the voltage faster than a kick.
+  // With the second inductance, the current settles in a time far shorter than a kick.
   coil.resistance = 0.5, coil.inductance = GENERATE(1e-3, 1e-6), coil.voltages = {2.0};
   Motion motion(magnet_over_coil(coil));
   motion.advance(20);

@@ -1,4 +1,4 @@
-// Tests of the sub-steps of a step.
+// Tests of Substeps, which divides a step into sub-steps that resolve the fastest oscillation.
 #include <catch2/catch.hpp>
 
 #include <limits>

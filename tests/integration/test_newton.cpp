@@ -126,6 +126,6 @@ TEST_CASE("Newton loops move cloth without loads at constant velocity") {
   start(run, o);
   for (int k = 0; k < 20; ++k) CHECK(run.advance().newton_iterations <= 30);
   for (Index i = 0; i < mesh.n_vertices(); ++i)
-    // The rounding error of elastic forces, some 1e-13 N, moves vertices of 1e-4 kg at 1e-10 m/s.
+    // Rounding errors of elastic forces, about 1e-13 N, give vertices of 1e-4 kg about 1e-10 m/s.
     CHECK((run.state.v.row(i).transpose() - velocity).norm() < 1e-9);
 }

@@ -36,7 +36,7 @@ TEST_CASE("the product of blocks equals the dense product") {
   const Points flat = system.b;
   const Vector expected = dense * Eigen::Map<const Vector>(flat.data(), flat.size());
   for (Index row = 0; row < rows; ++row) {
-    // A row sums up to 21 products of magnitude 10, each with a relative rounding error of 1e-16.
+    // A row is a sum of at most 21 products of about 10, with relative rounding errors of 1e-16.
     CHECK((y.segment<3>(4 * row) - expected.segment<3>(3 * row)).norm() < 1e-13);
     CHECK(y[4 * row + 3] == 0.0);
   }

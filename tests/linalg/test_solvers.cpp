@@ -260,7 +260,7 @@ TEST_CASE(
 }
 
 TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") {
-  // The grid is folded in the middle. Each grid point is tied to the one that the fold brings onto
+  // The grid is folded in the middle. Each grid point is tied to the point that the fold places on
   // it, and both have the same load.
   const Index tiles = 8, side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
@@ -402,7 +402,7 @@ TEST_CASE("the norm of the least change is that of an equal right-hand side") {
     if (system.fixed[row] != 0) system.x.row(row).setZero();
   LinearSystem view = system.view();
   view.masses = &masses;
-  const auto solver = make_linear_solver({LinearMethod::Pcg, 10.0, 2000});  // x = 0 is accepted
+  const auto solver = make_linear_solver({LinearMethod::Pcg, 10.0, 2000});  // accepts x = 0
   const auto residual = [&](double scale) {
     view.least_change = scale * change;
     Points x = system.x;

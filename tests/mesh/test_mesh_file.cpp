@@ -49,7 +49,7 @@ TriangleMesh two_panels() {
   uv.bottomRows(vertices.rows()).col(0).array() += M_PI;
   Triangles uv_triangles = flat.triangles();
   for (Index t = 0; t < flat.n_triangles(); ++t) {
-    // These are the cells of the right half.
+    // The cells of the right half form the second panel.
     if (t / 2 % 6 >= 3) uv_triangles.row(t).array() += flat.n_vertices();
   }
   return TriangleMesh(vertices, flat.triangles(), uv, uv_triangles);

@@ -120,7 +120,7 @@ void halos_are_refreshed_and_nothing_else(const RankProgram& program) {
     program.claim("gathered rows are current", rows[4 * row] == row && rows[4 * row + 1] == -1.0);
 }
 
-// Overwrites the rows of b and x that this rank does not own with NaN.
+// Sets the rows of b and x that this rank does not own to NaN.
 void forget_rows_of_others(RandomSystem& system) {
   for (Index row = 0; row < system.b.rows(); ++row)
     if (!system.layout->owns(row))
@@ -149,8 +149,8 @@ void solutions_keep_their_bits(const RankProgram& program) {
     const LinearReport again = solve();
     program.claim("a solution is a good guess", again.iterations == 0);
 
-    // The couplings of removed terms remain in the coarse levels for some solves. They must not
-    // change the bits, because each rank decides for its own rows how long it keeps them.
+    // The couplings of removed terms remain in the coarse levels for some solves. Each rank decides
+    // for its own rows how long they remain, so this must not change the bits of the solution.
     system.terms.resize(system.terms.size() / 3);
     x = system.x;
     program.claim("the solve with fewer terms converges", solve().converged);

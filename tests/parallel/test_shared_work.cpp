@@ -140,7 +140,7 @@ TEST_CASE("if the work before a repeated gather fails on a rank, all ranks throw
 }
 
 TEST_CASE("expensive sections are cut one by one, and cheap ones together") {
-  // Two sections with costs of 16 and 8, and four with a cost of 0.25.
+  // Two sections with costs of 16 and 8, and four sections with a cost of 0.25 each.
   std::vector<float> costs(8, 2.0f);
   costs.insert(costs.end(), 8, 1.0f);
   costs.insert(costs.end(), 4, 0.25f);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double ball_radius = 0.15, gap = 0.003, floor_height = -0.30;
 
-// Returns the position of vertex v in a square grid with edges of length `side` [m].
+// Returns the position of vertex v in a grid that covers a square of side length `side` [m].
 Vec2 on_square(Index v, Index cells, double side) {
   const Index column = v % (cells + 1), line = v / (cells + 1);
   return {side * column / cells, side * line / cells};
@@ -117,8 +117,9 @@ void add_fields(DrapedScene& scene) {
 
 }  // namespace
 
-// The cloth follows the ball down to its side and then hangs, with folds that grow downwards. The
-// distance r from the middle of the flat cloth becomes the arc length from the top of the ball.
+// The cloth follows the ball from the top to the angle `leaves_at` and then hangs, with folds that
+// grow downwards. The distance r from the middle of the flat cloth becomes the arc length from the
+// top of the ball.
 DrapedScene draped_scene(Index cells, int subdivisions) {
   DrapedScene scene;
   const double side = 0.62, leaves_at = 1.45;  // leaves_at: angle from the top [rad]

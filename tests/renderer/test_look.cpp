@@ -131,7 +131,7 @@ TEST_CASE("a body has a texture by its uv", "[renderer]") {
 
 TEST_CASE("smooth surfaces have smaller and brighter highlights", "[renderer]") {
   DrapedScene scene = draped_scene(4, 4);
-  scene.frame.positions.array() -= 5.0;  // away from the ball
+  scene.frame.positions.array() -= 5.0;  // moves the cloth away from the ball
   scene.topology.body_looks.resize(2);
   const auto drawn = [&](double roughness) {
     scene.topology.body_looks[0] = Look{Vec3(0.2, 0.2, 0.2), roughness, {}, 0.0};

@@ -1,4 +1,4 @@
-// Tests of the content of pictures.
+// Tests of what pictures show: cloth, bodies, floor, shadows, ambient occlusion and patterns.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -20,7 +20,7 @@ int brightness(const Image& image, int x, int y) {
   return r + g + b;
 }
 
-// Detects the first cloth, which is the only blue surface.
+// Returns whether a pixel shows the first cloth, which is the only blue surface.
 bool is_cloth(const Image& image, int x, int y) {
   const auto [r, g, b] = pixel(image, x, y);
   return b > r + 20;

@@ -1,4 +1,4 @@
-// Tests of bodies in contact.
+// Tests of bodies in contact: rest, friction, restitution, and surfaces that move.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -189,7 +189,7 @@ Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int step
   return rest;
 }
 
-// Three faces of a room in one mesh, with the room's corner at the origin.
+// Three faces of a room in one mesh, with their common corner at the origin.
 RigidObstacle room(double size) {
   Points x(7, 3);
   x << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 1;
@@ -223,8 +223,8 @@ TEST_CASE(
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // The rod lies on a side face that covers several cells of the floor, so there are more than the
-  // four contact points that can be kept. Those that support the body must be among the four.
+  // The rod lies on a side face that covers several cells of the floor, so there are more contact
+  // points than the four that can be kept. The four must include those that support the rod.
   RigidBody rod = body_of(
       cylinder(0.004, 0.027, 14)
           .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),

@@ -1,4 +1,4 @@
-// Tests of mass, centre and inertia.
+// Tests of the mass, centre of mass and inertia of closed meshes.
 #include <catch2/catch.hpp>
 
 #include <cmath>

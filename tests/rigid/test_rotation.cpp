@@ -1,4 +1,4 @@
-// Tests of rotations.
+// Tests of rotation vectors, quaternions and rotation matrices.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Tests of the memory of a simulation: each rank stores a share, and nearly all is counted.
+// Tests of the memory of a simulation: each rank stores a share, and nearly all memory is counted.
 #include <catch2/catch.hpp>
 
 #include <map>
@@ -95,7 +95,7 @@ TEST_CASE("the memory of elements, matrix and solver falls with the number of ra
   // Besides its share, a rank stores elements along its boundary, the coarse levels of the
   // preconditioner and two vectors of all rows for the solver. The largest measured fractions are
   // 0.52 on two ranks and 0.30 on four for elements and the matrix, and 0.58 and 0.36 for the
-  // solver and the preconditioner; the bounds are these fractions plus a tenth.
+  // solver and the preconditioner. The bounds are these fractions increased by a tenth.
   for (const char* part : {"membrane", "bending", "matrix"}) {
     CAPTURE(part, one[part], two[part], four[part]);
     CHECK(fraction(part, two) < 0.58);
@@ -113,7 +113,7 @@ TEST_CASE("the memory of elements, matrix and solver falls with the number of ra
   CHECK(static_cast<double>(four["hierarchies"]) < 0.82 * static_cast<double>(one["hierarchies"]));
   CHECK(static_cast<double>(four["neighbour_lists"]) <
         0.55 * static_cast<double>(one["neighbour_lists"]));
-  // All parts together; the measured fraction is 0.38.
+  // For the sum of all parts, the measured fraction is 0.38.
   const auto total = [](const std::map<std::string, std::size_t>& bytes) {
     double sum = 0.0;
     for (const auto& part : bytes) sum += static_cast<double>(part.second);

@@ -194,7 +194,7 @@ TEST_CASE("a hammock catches a falling body, without intersections at the end") 
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
   const double height = sim.body_centres()(0, 2);
-  // The body of 0.1 kg makes the cloth sag by centimetres. In free fall, it would reach -3 m.
+  // The body of 0.1 kg makes the cloth sag by centimetres. In free fall, the body would reach -3 m.
   CHECK(height > -0.2);
   CHECK(height < 0.06);
   CHECK(sim.intersecting_pairs().empty());
@@ -249,8 +249,8 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // As nu = 0, the strip does not contract laterally, so the clamps at its ends cause no error. The
-  // springs that attach the strip to the body (3e4 N/m per vertex) add 1e-5 m.
+  // Because nu is 0, the strip does not contract laterally, and the clamps at its ends cause no
+  // error. The springs that attach the strip to the body (3e4 N/m per vertex) add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 

@@ -1,6 +1,6 @@
-// Threads that last until the program ends, for tests in which threads act as ranks. libomp of LLVM
-// 14 uses memory of threads that have ended if they called OpenMP, and crashes in __kmpc_free and
-// __kmpc_end_critical. Tests under the thread sanitizer use this library.
+// Threads that last until the program ends, for tests in which threads act as ranks. The libomp of
+// LLVM 14, which tests under the thread sanitizer use, crashes in __kmpc_free and
+// __kmpc_end_critical, because it uses memory of ended threads that had called OpenMP.
 #pragma once
 
 #include <omp.h>

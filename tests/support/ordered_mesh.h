@@ -1,4 +1,4 @@
-// A mesh in the order of a simulation, in which neighbours have close rows.
+// A mesh in the vertex order of a simulation, in which neighbouring vertices have nearby rows.
 #pragma once
 
 #include <algorithm>

@@ -1,9 +1,10 @@
-// Time and events of asynchronous steps compared with symplectic Euler at the shortest step of a
-// triangle, on meshes of nearly equal and of graded triangles. A sheet of 2 m hangs from two
-// corners and swings, without collisions and without damping. Times are processor times of one
+// Time and events of asynchronous steps compared with symplectic Euler, whose step is the shortest
+// of all triangles, on meshes of nearly equal and of graded triangles. A sheet of 2 m hangs from
+// two corners and swings, without collisions and without damping. Times are processor times of one
 // thread for the steps alone, per second of motion. The columns "less" and "fewer" give the time
 // and the events of symplectic Euler divided by those of the row.
-//   benchmark_asynchronous [cells ...]      (default 34: 2,312 triangles, 50: 5,000; --smoke: 6)
+//   benchmark_asynchronous [cells ...]
+// Default: 34 and 50 cells along a side (2,312 and 5,000 triangles). --smoke: 6 cells.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -55,7 +56,7 @@ struct Swing {
   Cost cost(const IntegratorOptions& options) const {
     ClothRun swing = run(options);
     start(swing, options);
-    swing.advance();  // builds the tables
+    swing.advance();  // not timed: the first step builds tables
     const int steps = static_cast<int>(std::ceil(duration / swing.step));
     Cost cost;
     const double begin = now();

@@ -1,9 +1,9 @@
 // Energy and stretch of a swinging sheet with asynchronous steps, [Thomaszewski2010], example 4.1:
 // a square of 2 m that hangs from two corners is released flat, without damping or collisions. The
 // table lists the largest stretch, and the change of the energy since the start in percent of the
-// largest kinetic energy, as means over the middle and the last tenth of the time. Events are per
-// triangle, and times are processor times of one thread for the steps alone; both are per second of
-// motion.
+// largest kinetic energy, as means over the middle tenth and the last tenth of the time. Events are
+// per triangle, and times are processor times of one thread for the steps alone; both are per
+// second of motion.
 //   benchmark_swing [cells [duration [rows]]]
 // Default: 16 cells along a side (512 triangles; 50 cells: 5,000 triangles), 4 s, all rows of the
 // table. --smoke: a tiny size.

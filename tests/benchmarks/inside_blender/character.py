@@ -1,9 +1,9 @@
 """Makes a character in Blender and exports it; blender_character.py runs this with Blender's
 Python.
 
-A tube has a skin of two bones and a shape key. Within 25 frames its upper bone turns, its armature
-moves and the shape key grows. The only argument is the directory for tube.glb, tube.usdc and
-tube.npy, which has the vertices in world space (25 x n x 3).
+A tube is skinned to two bones and has a shape key. Within 25 frames the upper bone turns, the
+armature moves and the shape key grows. The only argument is the directory for tube.glb, tube.usdc
+and tube.npy, which has the vertices in world space (25 x n x 3).
 """
 
 import math

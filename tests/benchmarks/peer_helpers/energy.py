@@ -1,4 +1,4 @@
-"""Masses of vertices, a module that the script of pyPBD in SHARED/peers imports but lacks."""
+"""Masses of vertices. The script of pyPBD imports this module, which SHARED/peers lacks."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -11,18 +11,18 @@ def between(random: np.random.Generator, low: float, high: float) -> float:
 
 
 def direction(random: np.random.Generator) -> NDArray[np.float64]:
-    """Returns a unit vector."""
+    """Returns a unit vector whose direction is uniformly distributed."""
     vector = random.normal(size=3)
     return vector / np.linalg.norm(vector)
 
 
 def quaternion(random: np.random.Generator) -> NDArray[np.float64]:
-    """Returns a rotation as (w, x, y, z), uniformly distributed."""
+    """Returns a uniformly distributed rotation as a quaternion (w, x, y, z)."""
     vector = random.normal(size=4)
     return vector / np.linalg.norm(vector)
 
 
 def rotation(random: np.random.Generator) -> NDArray[np.float64]:
-    """Returns a rotation matrix, uniformly distributed."""
+    """Returns the matrix of a uniformly distributed rotation."""
     w, x, y, z = quaternion(random)
     return np.asarray(Rotation.from_quat((x, y, z, w)).as_matrix())

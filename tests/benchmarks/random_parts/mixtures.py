@@ -1,5 +1,5 @@
-"""Random scenes in which everything meets: cloths, bodies, attachments, magnets, coils, strain
-limits, air, and pins and obstacles that move."""
+"""Random scenes that combine cloths, bodies, attachments, magnets, coils, strain limits, air, and
+pins and obstacles that move."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from random_parts.draws import between, direction, quaternion, rotation
 
-TIMES = np.linspace(0.0, 1.0, 21)  # [s] of all scripts
+TIMES = np.linspace(0.0, 1.0, 21)  # times of all scripts [s]
 
 
 @dataclass
@@ -60,7 +60,7 @@ def sheet(random: np.random.Generator, size: float) -> ls.TriangleMesh:
 def script(
     random: np.random.Generator, points: NDArray[np.float64], size: float
 ) -> tuple[dict[str, Any], str]:
-    """Returns the script of vertices that swing together, and the words that describe it."""
+    """Returns a script of pins that swing together, and the words that describe it."""
     amplitude, frequency = size * random.uniform(0.1, 0.8), random.uniform(0.5, 3.0)
     waves = np.sin(2.0 * np.pi * frequency * TIMES) * np.minimum(1.0, 5.0 * TIMES)
     positions = points + amplitude * waves[:, None, None] * direction(random)
@@ -115,7 +115,7 @@ def add_cloths(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_obstacles(random: np.random.Generator, mixture: Mixture) -> None:
-    """Adds a floor, and below the cloths an obstacle that stands, or that moves up and turns."""
+    """May add a floor, and below the cloths an obstacle that is static, or that moves and turns."""
     size, low = mixture.size, mixture.lowest()
     if random.random() < 0.6:
         mixture.obstacles.append(ls.floor(height=low - size * random.uniform(0.9, 1.4)))
@@ -142,7 +142,7 @@ def add_obstacles(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_bodies(random: np.random.Generator, mixture: Mixture) -> None:
-    """Adds balls and boxes above the cloths, some of them magnets."""
+    """Adds balls and boxes above the cloths. Some of these bodies carry magnets or coils."""
     size, top = mixture.size, mixture.highest()
     for index in range(int(random.choice([0, 0, 1, 2, 4]))):
         radius, name = size * random.uniform(0.04, 0.12), f"body {index}"
@@ -168,7 +168,7 @@ def add_bodies(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_source(random: np.random.Generator, mixture: Mixture, name: str, radius: float) -> None:
-    """Makes the body a magnet, soft iron or a coil."""
+    """Adds a magnet, soft iron or a coil of size `radius` [m] to the body `name`."""
     polarization = tuple(direction(random) * random.uniform(0.2, 1.3))
     kind = str(random.choice(["ball", "cuboid", "iron", "coil"]))
     mixture.words.append(kind)
@@ -197,7 +197,7 @@ def add_source(random: np.random.Generator, mixture: Mixture, name: str, radius:
 
 
 def attach(random: np.random.Generator, mixture: Mixture) -> None:
-    """Attaches a free vertex of the last cloth to the first body, which is put above it at rest."""
+    """Puts the first body at rest above a free vertex of the last cloth, and attaches the two."""
     cloth, body = mixture.cloths[-1], mixture.bodies[0]
     free = np.setdiff1d(np.arange(len(cloth.mesh.vertices)), cloth.pins)
     vertex = int(random.choice(free))

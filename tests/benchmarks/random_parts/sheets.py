@@ -1,4 +1,4 @@
-"""Random sheets with random velocities, pins, limits and obstacles that stand."""
+"""Random sheets with random velocities, pins and limits, and static obstacles."""
 
 from typing import Any
 

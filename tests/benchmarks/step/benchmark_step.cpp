@@ -3,8 +3,8 @@
 // errors at several tolerances of the solver. All repetitions start from the same state, except
 // that every second repetition displaces one vertex by 1 nm. The smallest time is printed. A
 // matrix-vector product of fixed size (7,396 block rows, one thread) is timed between the
-// repetitions. Step times depend on the machine. Their ratio to the time of this product depends on
-// the machine much less.
+// repetitions. Step times depend on the machine. Their ratio to the time of this product depends
+// much less on the machine.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
 //   of 50 ... 400 cells per edge; --smoke: one row, for 10 cells per edge)
 #include <algorithm>
@@ -159,7 +159,7 @@ void threads() {
   }
 }
 
-// Prints the largest error of the positions after 50 steps, compared with a direct solver.
+// Prints the largest difference between the positions after 50 steps and those of a direct solver.
 void accuracy() {
   std::printf(
       "# cells  h [ms]  bending   element   tolerance  iterations  largest error after 50 steps "

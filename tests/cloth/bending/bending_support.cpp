@@ -89,7 +89,7 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
       if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // w-e divides or bounds the diamond
         if (n >= 0) triangles.push_back({w, e, n});
         if (s >= 0) triangles.push_back({w, s, e});
-      } else {  // s-n divides or bounds it, and may lie on the clamp line
+      } else {  // s-n divides or bounds the diamond, and may lie on the clamp line
         if (e >= 0) triangles.push_back({s, e, n});
         if (w >= 0) triangles.push_back({s, n, w});
       }
@@ -148,8 +148,8 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
   const double h = width / across;
   const PointMesh mesh = random_mesh(0.0, length, width, h, seed, smoothing);
   if (least_angle) *least_angle = mesh.least_angle;
-  // A column of prescribed cells behind the clamp line clamps the slope: it makes hinges of the
-  // edges on the line.
+  // A column of prescribed cells behind the clamp line clamps the slope, because it turns the edges
+  // on this line into hinges.
   const Index n = static_cast<Index>(mesh.points.rows()),
               m = static_cast<Index>(mesh.triangles.rows());
   Strip strip{Points(n + across + 1, 3),

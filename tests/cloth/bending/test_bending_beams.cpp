@@ -139,9 +139,9 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
 TEST_CASE(
     "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
     "elements across, 18 at 6") {
-  // Boundary edges have no hinge, so narrow strips are softer. The smallest rigidity of four
-  // random strips is 0.833 B at 6 elements across, 0.871 B at 10 and 0.883 B at 16, where B is the
-  // rigidity of the material.
+  // Boundary edges have no hinge, so narrow strips are softer than the material, whose rigidity is
+  // B. The smallest rigidity of four random strips is 0.833 B at 6 elements across, 0.871 B at 10
+  // and 0.883 B at 16.
   const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
@@ -154,8 +154,8 @@ TEST_CASE(
 }
 
 TEST_CASE("the hinge's rigidity at 45 degrees to a grid differs from B by more than 20 percent") {
-  // Measured rigidity of the strip: 2.04 B if diagonals run along the strip, and 0.75 B if they run
-  // across it.
+  // Measured rigidity of the strip, relative to that of the material: 2.04 if diagonals run along
+  // the strip, and 0.75 if they run across it.
   for (const std::string pattern : {"along", "across"}) {
     const double ratio = 1.0 / deflection_ratio({"hinge", pattern, 8, isotropic(1.0, 0.0)}, 1.0);
     CHECK(std::isfinite(ratio));

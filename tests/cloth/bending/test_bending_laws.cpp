@@ -47,7 +47,7 @@ Eigen::MatrixXd dense(const Bending& bending, const Points& x, double scale_k, d
 
 Vector flat(const Points& p) { return Eigen::Map<const Vector>(p.data(), p.size()); }
 
-// A damped jittered sheet of 1 x 0.8 with a full rigidity matrix and random rest angles.
+// A damped jittered sheet of 1 m x 0.8 m with a full rigidity matrix and random rest angles.
 BendingSetup general_setup() {
   BendingSetup setup = flat_setup(jittered_grid(1.0, 0.8, 5, 4, 0.2), some_rigidity(), 0.4);
   setup.damping.assign(setup.triangles.rows(), 0.01);
@@ -348,6 +348,6 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // a triangle with two rings of neighbours has at most 12
+  CHECK(subset.vertices.size() < 15);  // at most 12 in a triangle and two rings of neighbours
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }

@@ -54,7 +54,7 @@ double tension(Sheet& s, const Points& x) {
 
 TEST_CASE("within its limits a sheet has no second phase") {
   Sheet s = make_sheet(orthotropic());
-  StrainLimit limit;  // wider than all strains of the sheet
+  StrainLimit limit;  // all strains of the sheet are within it
   limit.weft = limit.warp = 2.0, limit.shear = 1.0;
   limit.weft_min = limit.warp_min = -0.9;
   LimitPhase phase = phase_of(s, limit);
@@ -147,7 +147,8 @@ TEST_CASE("a slow recovery adds viscosity far beyond a limit, but changes no str
   const auto [force, slope] = tensions(0.3, 1.0);
   const auto [same_force, steeper_slope] = tensions(0.3, 0.1);
   CHECK(same_force == Approx(force).epsilon(1e-12));
-  // The tension also contains the stress, which turns with the strip and is the same in both.
+  // The factor is below 10, because the slope also contains the stress, which does not depend on
+  // `recovery`.
   CHECK(steeper_slope > 5.0 * slope);
 }
 

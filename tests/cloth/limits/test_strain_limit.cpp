@@ -177,7 +177,7 @@ TEST_CASE(
       cloth.prescribed[corner] = 1;
       const Points one = corrected(cloth, x);
       CHECK(one.row(corner) == x.row(corner));
-      // The correction assumes a fixed rotation, but rotates the triangle by up to 1e-3. This
+      // The correction assumes a fixed rotation, but rotates the triangle by up to 1e-3 rad. This
       // causes errors of up to 2e-5 in strains of up to 0.05. The tolerance is ten times as large.
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()

@@ -52,7 +52,8 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
   BlockMatrix d = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {0.0, 1.0}}, 0, n, d);
-  const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // -f_v
+  // Minus the viscous force.
+  const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
   // The force is linear in v, so both sides agree to rounding.
   CHECK((Eigen::Map<const Eigen::VectorXd>(viscous.data(), 3 * n) - product).norm() <

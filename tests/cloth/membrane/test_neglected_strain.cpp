@@ -1,4 +1,4 @@
-// Tests of the strain that a linear model neglects, and of leaving it out of the Jacobian.
+// Tests of the strain that a linear model neglects, and of its omission from the Jacobian.
 #include <catch2/catch.hpp>
 
 #include "tests/cloth/membrane_support.h"

@@ -109,7 +109,7 @@ TEST_CASE("ranks together find each pair of overlapping boxes once") {
     std::mutex mutex;
     search_together(scene, pairs, layout, [&](int, SharedSearch& search) {
       for (const Points& start : {Points(shaken(scene.x, 0.02, 7)), scene.x}) {
-        // The first search builds the hierarchies at other positions.
+        // The first search builds the hierarchies, at other positions. Only the second one counts.
         const bool counts = start == scene.x;
         search.each_pair(Team{layout.threads}, {start, x1, inflation},
                          [&](int, Index pair, ContactKind kind, PairKey key) {
@@ -207,12 +207,12 @@ TEST_CASE("top-level tests are dealt out evenly and none twice") {
     CHECK(most - fewest <= 1);
     std::sort(all.begin(), all.end());
     CHECK(std::adjacent_find(all.begin(), all.end()) == all.end());
-    // The tests compare each partition with itself, with the others and with the obstacle.
+    // The tests compare each partition with itself, every other partition and the obstacle.
     CHECK(all.size() == static_cast<std::size_t>(ranks * (ranks + 1) / 2 + ranks));
   }
 }
 
-// The product of the numbers of vertices and partitions exceeds 32 bits.
+// The product of the numbers of vertices and partitions does not fit in a signed 32-bit integer.
 TEST_CASE("meshes may be divided into more partitions than they have vertices") {
   const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 200, 200), Kind::Cloth, 3e-3}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);

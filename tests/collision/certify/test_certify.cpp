@@ -95,7 +95,7 @@ TEST_CASE("a fast obstacle carries cloth along and keeps its own motion to the l
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
     for (Index i = 0; i < sphere.n_vertices; ++i)
       CHECK(x1.row(sphere.first_vertex + i) == given.row(sphere.first_vertex + i));
-    // The sphere, of radius 0.04 m, has carried the sheet down to its own lowest point.
+    // The sphere of radius 0.04 m has pushed the sheet down to the level of the sphere's bottom.
     CHECK(x1.topRows(scene.model.surfaces[0].n_vertices).col(2).minCoeff() < -0.2 - 0.039);
   }
 }

@@ -93,8 +93,8 @@ TEST_CASE("motions constructed to collide are always reported") {
     };
     const Vec3 gap = face ? Vec3(at(0) - (1.0 - s - t) * at(1) - s * at(2) - t * at(3))
                           : Vec3((1.0 - s) * at(0) + s * at(1) - (1.0 - t) * at(2) - t * at(3));
-    // The shift is rounded, so the features may pass at a distance of a rounding error. The test
-    // uses a minimum gap above this distance.
+    // The shift is rounded, so the features may miss each other by a rounding error. The test
+    // therefore uses a minimum gap above this error.
     for (int i = 0; i < (face ? 1 : 2); ++i) {
       q[i] -= gap;
       q[4 + i] -= gap;

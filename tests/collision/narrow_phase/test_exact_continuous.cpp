@@ -207,13 +207,13 @@ TEST_CASE("floating-point proofs and separating planes agree with integer arithm
   CHECK(n_separated > 500);
 }
 
-// Query files are made by tests/collision/convert_queries.py from published and our own queries
-// with exact verdicts.
+// tests/collision/convert_queries.py makes the query files from archives of queries with exact
+// verdicts.
 namespace {
 
 // Checks all queries of a file. The exact test is never wrong or late. The conservative test misses
-// no hit, is never late, and reports false hits for at most the fraction `bound` of the queries.
-// without_separated() removes no hit.
+// no impact, is never late, and reports false impacts for at most the fraction `bound` of the
+// queries. without_separated() removes no impact.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);
@@ -261,11 +261,12 @@ TEST_CASE(
         "tests/collision/convert_queries.py");
     return;
   }
-  // Motions of real and synthetic scenes, where a false hit would withhold motion needlessly.
+  // Motions of real and synthetic scenes, where a false impact would withhold motion needlessly.
   check_queries(std::string(directory) + "/candidates.bin", 0.01);
   check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
   // In constructed degenerate queries, features without contact can pass each other at a distance
-  // below the rounding error. The conservative test reports these as hits, so the bound is larger.
+  // below the rounding error. The conservative test reports these as impacts, so the bound is
+  // larger.
   check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
   check_queries(std::string(directory) + "/degenerate.bin", 0.1);
 }

@@ -28,8 +28,8 @@ TestScene sheets_on_table(bool smooth) {
 
 struct Results {
   std::vector<double> numbers;               // the same on all ranks
-  std::vector<std::array<double, 9>> terms;  // of the rows of this rank; the row comes first
-  std::size_t kept = 0, found = 0;           // contacts on this rank and on all, over all steps
+  std::vector<std::array<double, 9>> terms;  // of the rows of this rank; each begins with its row
+  std::size_t kept = 0, found = 0;           // contacts of this rank and of all ranks, in all steps
 
   void add(const ContactTotals& totals) {
     numbers.insert(numbers.end(), {1.0 * static_cast<double>(totals.n), 1.0 * totals.pressed,
@@ -88,7 +88,7 @@ Results results(const TestScene& scene, const std::shared_ptr<const Communicator
     for (const BinnedSum& energy : energies) all.numbers.push_back(energy.value());
     all.add(stage.all_contacts(Team{}, x, {}));
     all.add(stage.totals());
-    all.add(stage.all_contacts(Team{}, x1, {}));  // those at x1, not those of the last search
+    all.add(stage.all_contacts(Team{}, x1, {}));  // contacts at x1, not of the last search
     x = x1;
   }
   return all;

@@ -16,7 +16,7 @@ namespace {
 // interpolation at 6 x 6 nodes. In forces, the errors of interpolation partly cancel.
 constexpr double flux_tolerance = 3e-6, force_tolerance = 1e-6;
 
-// Panels of a flat cuboid in a coarse and a fine grid.
+// Panels of a flat cuboid in a coarse and a fine grid, with the weights 1 - share and share.
 PanelSet flat_cuboid(double share) {
   std::vector<FlatPanel> panels = cuboid_panels(Vec3(3, 2, 0.4), 4, 0.0);
   const auto coarse = static_cast<Index>(panels.size());

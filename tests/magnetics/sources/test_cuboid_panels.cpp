@@ -1,4 +1,4 @@
-// Tests of the panels of cuboids.
+// Tests of the panels that cover the surface of a cuboid: their symmetry, number and width.
 #include <set>
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 """Rules for the structure of the sources: includes between modules, the files that may include an
-external library, different names of types, and the size of files and folders.
+external library, unique names of types, and the size of files and folders.
 """
 
 import re

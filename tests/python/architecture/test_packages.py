@@ -1,5 +1,5 @@
 """The recipe for Spack has the dependencies of the package, faulty wheels are refused, and a build
-of several wheels forgets the last interpreter.
+of several wheels forgets the interpreter of the preceding one.
 """
 
 import re
@@ -48,7 +48,9 @@ SPEC = r"[a-z][a-z0-9-]*(@(\d+(\.\d+)*)?(:(\d+(\.\d+)*)?)?|[+~][a-z]+)*"
 
 @pytest.fixture(scope="module")
 def recipe(tmp_path_factory):
-    """Returns the first arguments by directive, all of them with options, and the class."""
+    """Returns what the recipe declares: the first arguments by directive, the pairs of first
+    argument and options of all directives ("options"), and the class of the package ("class").
+    """
     said = {"version": [], "depends_on": [], "options": []}
     package = types.ModuleType("spack.package")
 

@@ -16,7 +16,7 @@ METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
 
 
 def hanging(method="gauss-seidel", limit=LIMIT, in_solve=False, **options):
-    """Soft cloth pinned at two corners. With no limit, it is stretched far beyond LIMIT."""
+    """Soft cloth pinned at two corners. Without a limit, it would stretch far beyond LIMIT."""
     material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
     cloth = ls.Cloth(
         mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)),
@@ -191,7 +191,8 @@ def test_pins_that_shear_cloth_beyond_its_limits_stretch_it_only_as_far_as_they_
     # Simple shear of the whole cloth by 0.04 / 0.3 stretches it by a factor of 1.069. The sweeps
     # must not concentrate strain in single triangles.
     assert stretch < 1.15
-    # The pins of one side move at 0.4 m/s. At this speed, cloth of 13.5 g has 1 mJ.
+    # The pins of one side move at 0.4 m/s. At this speed, the kinetic energy of the cloth (13.5 g)
+    # would be 1 mJ.
     assert sim.report.account.largest_kinetic < 0.02
     assert sim.step_index < 60
 
@@ -290,7 +291,7 @@ def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
 def test_irregular_meshes_strain_as_regular_ones(limit):
     """Compares strain on regular and irregular meshes of a cloth that hangs in its own plane.
 
-    Pins at two corners and drag of the air avoid chaotic motion, which would hide the influence of
+    Pins at two corners and air drag avoid chaotic motion, which would hide the influence of
     the mesh.
     """
 

@@ -213,8 +213,8 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         start = [a - b for a, b in zip(points[i], points[j], strict=True)]
         end = [a - b for a, b in zip(points[4 + i], points[4 + j], strict=True)]
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
-    # There is no contact if a coordinate has one sign for all corners, or the triple product has
-    # one sign, at all times.
+    # There is no contact if one coordinate of all corners has the same sign at all times, or if the
+    # triple product keeps its sign.
     for k in range(3):
         ends = [
             s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))

@@ -42,7 +42,7 @@ def test_mutual_inductances_are_those_of_their_circles():
             of_circles(a, b, distance), rel=1e-10
         )
     x, w = np.polynomial.legendre.leggauss(40)
-    # The radii of the coils differ, so this quadrature is accurate to rounding.
+    # The radii of the coils differ, so the integrand is smooth, and the error is only rounding.
     heights = np.abs(0.02 * x[:, None] - 0.02 * x - 0.03)
     wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
@@ -176,7 +176,7 @@ def test_moving_circuits_keep_momentum_and_balance_their_energy_with_second_orde
     assert errors[1] < 1e-3 * exchanged and errors[1] < 0.3 * errors[0] + 1e-6 * exchanged
     momentum = 0.2 * np.asarray(sims[1].state.body_velocities).sum(axis=0)
     assert momentum == pytest.approx((0, 0, 0), abs=1e-12)
-    # After a restore in the middle, the run continues with the same bits.
+    # A simulation restored from a checkpoint continues with the same bits as the original.
     halves = [moving(1e-3, 0), moving(1e-3, 4)]
     halves[0].restore(halves[1].checkpoint())
     for sim in halves:
@@ -299,7 +299,7 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 
 
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
-    """Axial force [N] on a linearly magnetisable ball by a multipole series.
+    """Axial force [N] on a linearly magnetisable ball, from a multipole series.
 
     The ball is on the axis of a loop, at `distance` [m] below the plane of the loop.
     """

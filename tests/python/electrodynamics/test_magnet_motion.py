@@ -174,7 +174,7 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
         "period": 1.4,
     }
     # Each step has 32 sub-steps, each of 0.008 / angular frequency of the swing. There are so many
-    # because the bound of the frequency assumes the smallest moment of inertia of the needle.
+    # because the bound on the frequency assumes the smallest moment of inertia of the needle.
     sim = simulation(compass(case, 60.0), case["period"] / 25)
     # Difference of the magnetic energy between the turning point at 60 degrees and the middle [J].
     swing = 0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
@@ -284,8 +284,8 @@ def test_balls_that_have_snapped_together_come_to_rest():
 
 
 def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
-    """The first n of 18 iron balls, which form two layers above `magnet`. `scene` must contain the
-    magnet's carrier.
+    """A scene with the first n of 18 iron balls, which form two layers above `magnet`. `scene` has
+    further fields of the scene, which must include the body or obstacle that carries the magnet.
     """
     ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
     places = np.array(

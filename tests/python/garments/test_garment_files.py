@@ -242,7 +242,7 @@ def test_seams_close_round_a_body_and_weld_without_intersections():
     # The last gaps, of at most half an edge, are closed by moving vertices. Relaxation spreads the
     # stretch that this causes.
     assert shirt.stretches().max() < 1.1 and shirt.stretches().min() > 0.9
-    # The panels are cut as for a garment that is welded from the start.
+    # The triangles are those of a garment that is welded from the start.
     at_once = g.tshirt(800)
     assert np.array_equal(shirt.mesh.triangles, at_once.mesh.triangles)
     # A simulation can start: nothing intersects.

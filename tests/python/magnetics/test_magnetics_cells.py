@@ -190,9 +190,9 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
-        # Opposite forces prove little, because one may be the other, negated. Therefore,
-        # if the bodies do not overlap, force and torque on a are compared with a direct sum over
-        # both fronts.
+        # Opposite forces prove little, because one may be computed as the negative of the other.
+        # Therefore, if the bodies do not overlap, force and torque on a are compared with a direct
+        # sum over both fronts.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)

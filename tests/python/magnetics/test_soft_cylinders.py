@@ -71,7 +71,7 @@ def conductor(radius, inner, height, axis, segments=80):
     )
 
 
-# Each row: radius, inner radius, height, number of cells, and a bound of the relative error.
+# Each row: radius, inner radius, height, number of cells, and a bound on the relative error.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [

@@ -89,7 +89,7 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     """Compares flux densities and pulls of the catalogue's blocks with those of magnets with a
-    polarisation of 1.24 T, and the pull on the plate with that of an image. The pulls of the
+    polarisation of 1.24 T, and the pull on the plate with that of an image magnet. The pulls of the
     catalogue deviate more than its flux densities.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
@@ -167,7 +167,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    # The tolerance of these forces is 1e-10; difference quotients are of second order in `step`.
+    # The tolerance of these forces is 1e-10; the error of differences is of second order in `step`.
     assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size
     assert (
         stiffness_sum(by_superconductor, place)

@@ -1,4 +1,4 @@
-"""While a process writes a run, others are refused, and readers are not."""
+"""While a process writes a run, other writers are refused, but readers are not."""
 
 import errno
 import fcntl
@@ -26,7 +26,7 @@ def control(sim):
     while sim.step_index == 25 and not os.path.exists("go"):  # two frames are written
         time.sleep(0.01)
 """
-# Starts a process that outlives this one, and ends as by kill -9.
+# Program that starts a child process, which outlives it, and then kills itself by SIGKILL.
 MORTAL = """
 import os, signal, time
 import loomstone as ls

@@ -1,4 +1,4 @@
-"""A signal ends a run in Python by a KeyboardInterrupt, which no handler of errors takes."""
+"""A signal ends a run in Python by a KeyboardInterrupt, which `except Exception` does not catch."""
 
 import pickle
 import signal

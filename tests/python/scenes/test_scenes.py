@@ -12,7 +12,7 @@ from loomstone.runs.verification import count_intersections
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
-# Parameters, simulated time [s] and bound of the stretch of cloth [1]. Most times are long enough
+# Parameters, simulated time [s] and bound on the stretch of cloth [1]. Most times are long enough
 # for the main event of a scene, such as the closing of the knot.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),

@@ -79,8 +79,8 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
 @pytest.mark.parametrize("limit", [0.015, 0.05])
 def test_cloth_that_pins_tear_beyond_its_limits_is_not_thrown_away(limit: float) -> None:
     # The cloth weighs 1.6 g. Scripts stretch it by 0.3 m within 0.15 s, a heavy ball falls on it,
-    # and parts of steps become as short as 15 us. Without viscosity beyond the limits, its
-    # kinetic energy rises to 49 J and more.
+    # and parts of steps become as short as 15 us. Without viscosity beyond the limits, the kinetic
+    # energy of the cloth would rise to 49 J or more.
     sim = ls.Simulation(torn(limit), threads=1)
     while sim.time < 0.15:
         sim.step()
@@ -130,12 +130,13 @@ def test_a_tight_sleeve_stretches_only_around_the_capsule(step: float | Literal[
         if sim.time > 0.4:
             weft.append(report.limits.weft_excess)
             warp.append(report.limits.warp_excess)
-    # The limits are 0.05. The capsule, with half the thickness of the cloth, asks for 0.112 along
-    # weft and for nothing along warp. Triangles at its tip exceed these values for single steps.
+    # The limits are 0.05. The capsule, enlarged by half the thickness of the cloth, requires a
+    # strain of 0.112 along weft and none along warp. Triangles at the tip of the capsule exceed
+    # these values for single steps.
     assert np.median(weft) < 0.07
     assert np.median(warp) < 0.02
-    # The motion takes 34,000 iterations, and 12,000 without limits. If the phases of the limits
-    # fought the capsule, it would take millions.
+    # The motion takes 34,000 iterations, and 12,000 without limits. If the limit phases worked
+    # against the capsule, it would take millions.
     assert iterations < 100_000
 
 
@@ -146,10 +147,10 @@ def test_a_tube_with_limits_is_wrung_in_long_steps() -> None:
         report = sim.report
         assert report.contacts.intersections == 0
         assert report.contacts.unresolved == 0
-        # The limits also allow a fifth of 0.05.
+        # The tolerated excess is a fifth of the limit of 0.05.
         assert max(report.limits.weft_excess, report.limits.warp_excess) < 0.01
     # Contacts shorten steps in which they create energy. The rims do much work on the tube through
-    # its strain limits. If the account left it out, thousands of steps would be shortened.
+    # its strain limits. If the account left out this work, it would shorten thousands of steps.
     assert sim.step_index < 600
     assert sim.report.account.contact_balance < 0.0
 
@@ -190,8 +191,8 @@ def test_pins_that_push_a_ribbon_give_it_no_energy_from_nothing(
     sim = ls.Simulation(scene, threads=1)
     while sim.time < 0.4:
         sim.step()
-        # The ribbon buckles beside the pins. If steps remained long there, energy would rise by
-        # 0.7 times (at 0.6 m/s) and 1.7 times (at 1 m/s) the largest kinetic energy.
+        # The ribbon buckles next to the pins. If steps then remained long, energy would
+        # rise by 0.7 times (at 0.6 m/s) and 1.7 times (at 1 m/s) the largest kinetic energy.
         assert sim.report.account.balance < 0.02
     assert sim.step_index < 160
 
@@ -276,8 +277,8 @@ def test_schemes_without_damping_gain_no_energy_from_contacts(scheme: type[ls.In
     sim = ls.Simulation(scene, integrator=scheme(), threads=1)
     while sim.time < 0.3:
         sim.step()
-        # If the nonlinear midpoint rule tested contacts at the middle of the step, this would be
-        # 0.3.
+        # If the nonlinear midpoint rule tested contacts at the middle of the step, the balance
+        # would rise to 0.3.
         assert sim.report.account.balance < 0.02
 
 
@@ -303,6 +304,6 @@ def test_a_vertex_away_from_its_point_on_a_body_is_not_thrown_back_in_short_step
     sim.positions = moved
     for _ in range(50):
         sim.step()
-        # Without viscosity, the vertex comes back at 13 m/s. The elastic energy of the displaced
-        # corner is enough for a fifteenth of it.
+        # Without viscosity, the vertex would come back at 13 m/s. The elastic energy of the
+        # displaced corner is enough for a fifteenth of this speed.
         assert np.linalg.norm(sim.velocities, axis=1).max() < 2.0

@@ -34,15 +34,15 @@ Scene box_on_strip(bool pinned) {
   box_body.name = "box";
   box_body.mesh = share(box(0.1, 0.03, 0.02));
   box_body.shape = BodyShape::Box;
-  box_body.density = 300.0;  // 18 g, twice the strip
+  box_body.density = 300.0;  // 18 g, twice the mass of the strip
   box_body.position = Vec3(0, 0, -0.165);
   scene.bodies.push_back(box_body);
   scene.attachments.push_back({"strip", "box", {0, 1, 2, 3}});
   return scene;
 }
 
-// Adds a magnet on the box, on which no force acts. The rigid bodies of a scene with magnets move
-// in sub-steps.
+// Adds a magnet to the box. Without a second magnet, no magnetic force acts on it. The rigid bodies
+// of a scene with magnets move in sub-steps.
 void add_magnet(Scene& scene) {
   Magnet magnet;
   magnet.body = "box";
@@ -162,7 +162,7 @@ TEST_CASE("a magnet on which no force acts does not change the path of its body"
         std::max(difference, (with.state().rigid.positions.row(0).transpose() - place).norm());
   }
   CAPTURE(moved, difference);
-  // The sub-steps turn the box by another scheme of second order.
+  // In sub-steps, another scheme of second order rotates the box, so the motions differ slightly.
   CHECK(moved > 0.05);
   CHECK(difference < 0.002 * moved);
 }
@@ -275,7 +275,7 @@ TEST_CASE("a body on a floor stays at rest under the cloth attached to it") {
   if (GENERATE(false, true)) add_magnet(scene);
   Simulation sim(scene, Asynchronous(), 1);
   for (int i = 0; i < 400; ++i) sim.step();
-  for (const auto& pair : sim.intersecting_pairs())  // the body touches the floor
+  for (const auto& pair : sim.intersecting_pairs())  // only body and floor may intersect
     CHECK(pair[0] >= scene.cloths[0].mesh->n_triangles());
   CHECK(sim.state().rigid.positions(0, 2) > -0.17);
   CHECK(sim.state().rigid.velocities.row(0).norm() < 0.05);

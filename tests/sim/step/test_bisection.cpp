@@ -19,7 +19,8 @@ PartResult with_impacts() {
   return result;
 }
 
-// Lengths of the accepted parts. `result` returns the outcome of an attempt at a part.
+// Lengths of the accepted parts [1/64 of the step]. `result` returns the outcome of an attempt at a
+// part.
 template <class Result>
 std::vector<int> accepted(bool limits_in_solve, Result&& result) {
   Bisection bisection(limits_in_solve);

@@ -1,4 +1,4 @@
-// Tests of the account of energy.
+// Tests of the energy account: energies, work and losses balance.
 #include <catch2/catch.hpp>
 
 #include "core/magnetics/sources/sphere.h"
@@ -120,7 +120,7 @@ TEST_CASE("a sheet that moves by rounding errors only has no balance of energy")
     scene.gravity.setZero();
     Cloth& cloth = scene.cloths[0];
     cloth.pins.clear();
-    // Rotated, its edges have rounding errors.
+    // The rotation causes rounding errors in the edges of the mesh.
     const Eigen::AngleAxisd rotation(0.7, Vec3(1.0, 2.0, 3.0).normalized());
     cloth.mesh = share(cloth.mesh->moved(Vec3(0.1, 0.2, 0.3), rotation.toRotationMatrix()));
     Simulation sim(scene, integrator_named(method), 1);

@@ -122,7 +122,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
                  << sim.body_centres()(0, 2));
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
-      REQUIRE(pair[0] >= 200);  // only body and floor may touch
+      REQUIRE(pair[0] >= 200);  // only body and floor may intersect
     // The floor bears the load. The ball may overlap it by up to 0.2 mm.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);

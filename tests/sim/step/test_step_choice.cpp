@@ -1,4 +1,4 @@
-// Tests of automatic steps.
+// Tests of automatic steps: their length in impacts, their stability, frames, checkpoints, targets.
 #include <catch2/catch.hpp>
 
 #include "core/mesh/generators.h"

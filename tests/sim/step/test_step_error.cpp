@@ -52,7 +52,8 @@ IntegratorOptions step_with(double h, std::optional<double> accuracy) {
 
 struct Fall {
   double stretch = 1.0;  // largest stretch over all steps
-  // Largest increase of the energy without that of contacts, divided by the largest kinetic energy.
+  // Largest increase of the energy, excluding that of contacts, divided by the largest kinetic
+  // energy.
   double gain = 0.0;
   double contact_gain = 0.0;  // like `gain`, but the energy includes that of contacts
   int parts = 0;
@@ -144,7 +145,7 @@ TEST_CASE("a towel that meets a floor gains no energy of contacts") {
 }
 
 TEST_CASE("parts are shorter in proportion to the accuracy") {
-  // Parts of an impact are shorter by the factor 5. Other steps are not taken in parts.
+  // The parts of steps with an impact are shorter by a factor of 5. Other steps are taken whole.
   CHECK(fall(towel(4.0), step_with(4e-3, 0.2), 0.08).parts >
         4 * fall(towel(4.0), step_with(4e-3, 1.0), 0.08).parts);
 }
