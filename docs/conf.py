@@ -1,8 +1,8 @@
 """Configuration of the documentation, which scripts/docs builds.
 
 The pages are the Markdown files that include_patterns names. They keep their paths, so that
-relative links work in the documentation as in the repository. The reference comes from docstrings
-and _core.pyi.
+relative links work in the documentation as in the repository. The Python reference comes from
+docstrings and _core.pyi.
 """
 
 import sys

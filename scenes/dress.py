@@ -3,8 +3,8 @@
 The skirt starts as a cone and falls into folds. From 1 s to 2.6 s, the bar moves back and forth and
 the dress swings after it. From 2.8 s on, the bar turns ever faster: the skirt first winds round
 itself, then flies out. This is example 3.4 of [Thomaszewski2010] (figure 3.9), with the same
-stiffness and strain limits and nearly the same number of triangles. The pattern of 13 panels is our
-own.
+stiffness and strain limits and nearly the same number of triangles, but with a different pattern of
+13 panels.
 
 The following command hangs another garment from the bar. Its file must contain a sewn mesh whose z
 axis points up and whose uv are the pattern in metres:

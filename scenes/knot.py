@@ -1,7 +1,7 @@
 """A ribbon is tied in an overhand knot and pulled tight.
 
 The ends are drawn apart, the loop shrinks and the ribbon folds where it turns. In the end, friction
-holds a tight knot.
+holds the tight knot.
 """
 
 import loomstone as ls

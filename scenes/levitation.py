@@ -1,10 +1,10 @@
-"""A superconductor floats over a magnetised ring (example 6.5 of [Thomaszewski2010]). It is a ball
-or, with `shape="cube"`, the cube of the thesis.
+"""A superconductor floats over a magnetised ring (example 6.5 of [Thomaszewski2010]).
 
-The superconductor is released beside and above its equilibrium and oscillates about it without
-touching the ring. The magnetic force drives it towards a point on the axis where the field
-vanishes. The cube also turns. With `material="magnet"`, a permanent magnet replaces the
-superconductor, and falls or flips. Red is north and blue is south.
+The superconductor is a ball or, with `shape="cube"`, the cube of the thesis. It is released
+beside and above its equilibrium and oscillates about this point without touching the ring. The
+magnetic force drives it towards a point on the axis where the field vanishes. The cube also turns.
+With `material="magnet"`, a permanent magnet replaces the superconductor, and falls or flips. Red is
+north and blue is south.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""A round table cloth falls on a sphere, which has a third of its diameter, and folds below it.
+"""A round table cloth falls on a sphere one third as wide as the cloth, and hangs in folds.
 
 At first only the middle of the cloth touches the sphere. Then the rim closes into folds that touch
 one another, so the collisions spread over the whole cloth. This is example 5.1 of

@@ -105,7 +105,7 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         friction=0.3,
         position=(0.0, 0.0, BALL),
     )
-    # A single keyframe gives the obstacle a pose, which its magnets need.
+    # With a keyframe, magnets on the obstacle are placed relative to its pose.
     held = ls.obstacles.mesh(
         mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3
     )

@@ -3,7 +3,7 @@
 Folds form along the axis, lie down on one another and press together tightly after one second. The
 edges rotate at one turn per second relative to each other, so the cloth must stretch, but it
 neither tears nor passes through itself. There is no gravity. The initial state, the material and
-the motion are those of our comparison with other programs (docs/performance.md).
+the motion are those of the comparison with other programs (docs/performance.md).
 
     loomstone run scenes/twist.py --verify -p triangles=1800
 """

@@ -1,9 +1,9 @@
 """A pointed hat of felt falls on a floor, gives way, and recovers its shape.
 
 Triangles are smallest at the tip, where the hat is most curved. The largest one has 190 times the
-area of the smallest one. With asynchronous steps only small triangles take small steps. Example 4.2
-of [Thomaszewski2010] (figure 4.7) has a mesh of as many triangles and similar areas; the shape is
-our own.
+area of the smallest one. With asynchronous steps, only small triangles take small steps. Example
+4.2 of [Thomaszewski2010] (figure 4.7) has a different shape, with as many triangles of similar
+areas.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ COARSE = 0.016  # largest edge length [m]
 
 
 class Profile(NamedTuple):
-    """The hat at distances from its tip along the cloth, and its conformal map to a disc."""
+    """Profile of the hat, sampled along the cloth from its tip, and a conformal map to a disc."""
 
     along: Floats  # [m]
     radius: Floats  # distance from the axis [m]

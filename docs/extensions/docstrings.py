@@ -18,7 +18,7 @@ NAME = re.compile(r"[A-Za-z_][\w.]*(\(\))?")
 
 
 def inline(text: str) -> str:
-    """Escapes the characters that have a meaning in reStructuredText, and marks code."""
+    """Escapes special characters of reStructuredText, and marks text in backticks as code."""
     pieces = text.split("`")
     if len(pieces) % 2 == 0:
         raise ValueError(f"a docstring has an odd number of backticks: {text}")
@@ -34,7 +34,7 @@ def inline(text: str) -> str:
 
 
 def blocks(lines: list[str]) -> list[list[str]]:
-    """Splits lines at blank lines, and where parameters begin or end."""
+    """Splits lines into blocks at blank lines, and where a list of parameters begins or ends."""
     found: list[list[str]] = [[]]
     for line in lines:
         parameter = bool(PARAMETER.fullmatch(line))

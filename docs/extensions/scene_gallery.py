@@ -20,7 +20,7 @@ TABLE = ROOT / "docs/gallery.json"
 
 
 def measured(numbers: dict[str, float]) -> str:
-    """Returns size, duration, computing time and time of the picture of a scene as text."""
+    """Returns a text with size, duration and computing time of a scene, and the picture's time."""
     surfaces = [
         f"{numbers[key]:,} {key if key == 'triangles' else 'bodies and obstacles'}"
         for key in ("triangles", "bodies")

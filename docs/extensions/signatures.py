@@ -41,7 +41,7 @@ def with_arrays(text: str) -> str:
 
 
 class WithoutAnnotated(ast.NodeTransformer):
-    """Replaces Annotated[type, ...] by the type, because the docstrings state shapes."""
+    """Replaces Annotated[type, ...] by the type, because the docstrings state array shapes."""
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         self.generic_visit(node)
@@ -51,7 +51,7 @@ class WithoutAnnotated(ast.NodeTransformer):
 
 
 class Shown:
-    """A default value that is shown by its source text."""
+    """A default value that is shown as its source text."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -93,7 +93,7 @@ def signature(function: ast.FunctionDef) -> inspect.Signature:
 
 @cache
 def stub() -> dict[str, inspect.Signature]:
-    """Returns signatures by name, such as "TriangleMesh.moved" and "TriangleMesh.__init__"."""
+    """Returns the stub's signatures by name ("TriangleMesh.moved", "TriangleMesh.__init__")."""
     found: dict[str, inspect.Signature] = {}
     for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef):
