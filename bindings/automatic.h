@@ -1,4 +1,4 @@
-// Converts Automatic to and from Python: a number or "auto".
+// Converts Automatic (core/base/automatic.h) to and from a Python number or the string "auto".
 #pragma once
 
 #include <string_view>

@@ -69,7 +69,8 @@ void bind_report(py::module_& m, const char* name, const char* meaning) {
   c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
 }
 
-// Returns all numbers of a report by their path, which is also the name of their column in tables.
+// Returns all numbers of a report by path, such as "energy.kinetic". Tables use the paths as names
+// of their columns.
 py::dict numbers(const StepReport& report) {
   py::dict dict;
   for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {

@@ -40,7 +40,8 @@ void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
 
-// Returns a team with the given number of threads; 0: one for each available processor.
+// Returns a team with the given number of threads; 0: the number in OMP_NUM_THREADS, or else one
+// thread for each available processor. Throws InvalidInput for a negative number.
 Team team_of(int threads);
 
 // Converts broken strain limits to tuples (element, "weft" | "warp" | "shear", excess).
@@ -84,8 +85,8 @@ struct In {
 };
 
 // Converts an array-like object, with or without a unit, to an array of numbers. Throws
-// InvalidInput for entries that are not real numbers and, if Scalar is an integer, for fractions
-// and for numbers out of its range.
+// InvalidInput for entries that are not real numbers and, if Scalar is an integer type, for
+// fractions and for numbers outside the range of Scalar.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
                                                                        const Argument& argument) {

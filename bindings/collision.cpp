@@ -1,4 +1,5 @@
-// Binds candidate pairs, exact continuous collision detection and exact intersection tests.
+// Binds the search for candidate pairs, exact continuous collision detection, exact intersection
+// tests, and the Detector of self-collisions.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -54,8 +55,8 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 
-// Runs the exact continuous collision test on n queries of eight points each. The time of a query
-// without an impact is infinity.
+// Runs the exact continuous collision test on n queries of eight points each: four points at the
+// start, then the same points at the end. The time of a query without an impact is infinity.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);
@@ -101,7 +102,7 @@ void bind_candidates(py::module_& m) {
       "and a triangle, and\n"
       "edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in "
       "ascending order and exclude\n"
-      "pairs that share a vertex. engine: \"clusters\" (our own tree), \"embree\" or "
+      "pairs that share a vertex. engine: \"clusters\" (loomstone's own tree), \"embree\" or "
       "\"brute-force\". All of them return the same\n"
       "pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: "
       "OMP_NUM_THREADS or all processors.\n"

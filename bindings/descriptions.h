@@ -229,8 +229,8 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
 // Converts a value that carries a unit to plain numbers in the unit of the field. Throws
-// InvalidInput for a unit of another dimension and a TypeError for a bool. Returns other values
-// unchanged, and all values of a field that may not carry a unit.
+// InvalidInput for a unit of another dimension and a TypeError for a bool. Values without a unit,
+// and all values of a field that may not carry one, are returned unchanged.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -293,8 +293,8 @@ template <Description D, class F>
                        ": got " + shown(value));
 }
 
-// Throws an error that explains why these keyword arguments do not make a D: a name is unknown, or
-// a value has the wrong type or shape.
+// Throws an error that explains why no D can be made from these keyword arguments: a name is
+// unknown, or a value has the wrong type or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
   explain_keywords(name, field_names<D>(), arguments);
@@ -307,8 +307,8 @@ template <Description D>
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
 }
 
-// Returns the keyword arguments and, under the names of the first fields, the positional ones.
-// Throws a TypeError if there are more than n_positional of these, or if a name is given twice.
+// Returns the keyword arguments and, under the names of the first fields, the positional arguments.
+// Throws a TypeError for more than n_positional positional arguments, or if a field is given twice.
 template <Description D>
 py::kwargs named_arguments(const char* name, std::size_t n_positional, const py::args& values,
                            const py::kwargs& keywords) {
@@ -342,12 +342,14 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
   });
 }
 
-// Does nothing. Overloads complete the description after its fields have been set from arguments.
+// Does nothing. An overload for a description, such as Scene, completes it after its fields have
+// been set from the arguments.
 template <Description D>
 void complete(D&) {}
 
-// Returns the arguments unchanged. Overloads change the shapes of arrays among them. The last
-// parameter supplies the fields that the arguments do not contain.
+// Returns the arguments unchanged. An overload for a description, such as Cloth, changes the shape
+// of an array in the arguments. The last parameter supplies fields that the arguments do not
+// contain.
 template <Description D>
 py::kwargs reshaped(const char*, const py::kwargs& arguments, const D&) {
   return arguments;

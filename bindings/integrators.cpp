@@ -13,8 +13,8 @@ void bind_method(py::module_& m, const char* name, const char* meaning) {
   c.attr("method") = py::str(Method::name.data(), Method::name.size());
 }
 
-// Binds the base class of all integrators. `step` is its only field. Each derived class binds all
-// of its fields.
+// Binds the base class of all integrators, whose only field is `step`. Each derived class binds all
+// of its own fields, including `step`.
 void bind_common(py::module_& m) {
   py::class_<IntegratorCommon> c(
       m, "Integrator",

@@ -1,5 +1,5 @@
 // Converts Python values to the members of descriptions. If a value or an element of a list has the
-// wrong type, an error names it.
+// wrong type, an error names the field and, in a list, the index of the element.
 #pragma once
 
 #include <memory>
@@ -47,7 +47,7 @@ bool loaded(const py::object& value, Member& member) {
     if (!caster.load(value, true)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
-  } catch (const py::reference_cast_error&) {  // the value is None, Member is a bound class
+  } catch (const py::reference_cast_error&) {  // the value is None and Member is a bound class
     return false;
   }
 }

@@ -68,7 +68,8 @@ void bind_parallel(py::module_& m) {
   m.def("available_processors", &available_processors,
         "Number of processors that this process may use.");
   m.def("threads_in_environment", &threads_in_environment,
-        "Number of threads in OMP_NUM_THREADS (of a list, its first number), or 0 without one.");
+        "Number of threads in OMP_NUM_THREADS (the first number of a list); 0 if it is unset or "
+        "invalid.");
 }
 
 }  // namespace loomstone

@@ -132,9 +132,9 @@ void bind_renderer(py::module_& m) {
         "Values (n) of a field of color_by, other than strain_split, at the vertices of the cloth. "
         "Values of triangles are averaged with their rest areas as weights.");
   m.def("cloth_color", &cloth_color, py::arg("cloth"),
-        "Front colour of a cloth without a look in linear RGB (3), by its number in the scene.");
+        "Default front colour of a cloth in linear RGB (3), by its number in the scene.");
   m.def("body_color", &body_color, py::arg("body"),
-        "Colour of a body or obstacle without a look in linear RGB (3), by its number.");
+        "Default colour of a body or obstacle in linear RGB (3), by its number.");
   m.def("shown_color", &shown_color, py::arg("look"), py::arg("otherwise"),
         "Colour of a look in linear RGB (3), or `otherwise` if the look has none.");
   py::class_<CameraFit>(m, "CameraFit",

@@ -112,7 +112,7 @@ void bind_tests(py::module_& m) {
       py::arg("bandwidth") = 1e10, py::arg("overhead") = 0.2e-6, py::arg("poll_interval") = 5e-6,
       "Returns the ReplayReport of the search. decomposition: \"static\" or \"dynamic\". Messages "
       "take `latency` [s] and\n"
-      "have `bandwidth` [bytes/s]; sending, receiving and looking for one take `overhead` [s] "
+      "have `bandwidth` [bytes/s]; sending, receiving and polling for one take `overhead` [s] "
       "each. A rank that has "
       "work polls every\n"
       "`poll_interval` [s].");

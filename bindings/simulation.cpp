@@ -1,4 +1,4 @@
-// Binds Simulation, which advances a scene in time, and State, which has views of its tables.
+// Binds Simulation, which advances a scene in time, and State, whose tables are numpy views.
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"

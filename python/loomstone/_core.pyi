@@ -3607,7 +3607,7 @@ class RecordedTests:
     ) -> ReplayReport:
         """
         Returns the ReplayReport of the search. decomposition: "static" or "dynamic". Messages take `latency` [s] and
-        have `bandwidth` [bytes/s]; sending, receiving and looking for one take `overhead` [s] each. A rank that has work polls every
+        have `bandwidth` [bytes/s]; sending, receiving and polling for one take `overhead` [s] each. A rank that has work polls every
         `poll_interval` [s].
         """
     @property
@@ -4544,7 +4544,7 @@ def body_color(
     body: typing.SupportsInt | typing.SupportsIndex,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
     """
-    Colour of a body or obstacle without a look in linear RGB (3), by its number.
+    Default colour of a body or obstacle in linear RGB (3), by its number.
     """
 
 def box(
@@ -4572,7 +4572,7 @@ def candidates(
     x0, x1 (n, 3) [m], triangles (m, 3). inflation [m]: every bounding box grows by this length, so the result contains
     all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a vertex and a triangle, and
     edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in ascending order and exclude
-    pairs that share a vertex. engine: "clusters" (our own tree), "embree" or "brute-force". All of them return the same
+    pairs that share a vertex. engine: "clusters" (loomstone's own tree), "embree" or "brute-force". All of them return the same
     pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: OMP_NUM_THREADS or all processors.
     Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that are not finite.
     """
@@ -4591,7 +4591,7 @@ def cloth_color(
     cloth: typing.SupportsInt | typing.SupportsIndex,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
     """
-    Front colour of a cloth without a look in linear RGB (3), by its number in the scene.
+    Default front colour of a cloth in linear RGB (3), by its number in the scene.
     """
 
 def continuous(
@@ -4970,7 +4970,7 @@ def soft_sphere(
 ) -> SoftBody: ...
 def threads_in_environment() -> int:
     """
-    Number of threads in OMP_NUM_THREADS (of a list, its first number), or 0 without one.
+    Number of threads in OMP_NUM_THREADS (the first number of a list); 0 if it is unset or invalid.
     """
 
 def wave_bar(

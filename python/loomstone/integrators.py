@@ -55,14 +55,14 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """Returns the integrator called `name`; fields that `options` also has keep their values."""
+    """Returns the integrator called `name`, with the values of `options` in their common fields."""
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
     return _made(METHODS[name], options.to_dict())
 
 
 def parse_step(text: str) -> float | Literal["auto"]:
-    """Returns the time step that the command line gives: a number [s] or "auto"."""
+    """Parses the time step given on the command line: a number [s] or "auto"."""
     if text == "auto":
         return "auto"
     try:

@@ -51,6 +51,7 @@ def strain(
 
     points : (n, 3) positions of the mesh vertices [m]
     rest : source of the rest lengths: "uv" (the pattern [m]) or "mesh"
+    threads : number of threads; 0: OMP_NUM_THREADS or all processors
     """
     return corotational_strain(points, mesh, rest=rest, threads=threads)
 
@@ -79,8 +80,8 @@ def limit(
     Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess.
 
     points : (n, 3) positions of the mesh vertices [m]
-    masses : (n,) masses of the vertices [kg]; None: a third of the rest area of the triangles
-        around each vertex
+    masses : (n,) masses of the vertices [kg]; None: a third of the mass of the triangles around
+        each vertex, at 1 kg/m^2 of rest area
     fixed : indices of the vertices that do not move
     method, tolerance, max_sweeps, active_set, seed : as in LimitOptions
     rest, threads : as in strain()

@@ -110,7 +110,7 @@ def together(ranks: Communicator) -> Iterator[None]:
 
 
 def share_failure(ranks: Communicator, failure: Exception) -> None:
-    """Reports a failure to ranks that do not know of it; aborts all if they do not respond."""
+    """Reports a failure to ranks that do not know of it; all ranks end if they do not respond."""
     if ranks.size > 1 and ranks.agreed != str(failure):
         ranks.agree(*_described(failure))
 

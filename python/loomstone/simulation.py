@@ -39,7 +39,8 @@ __all__ = ["Simulation"]
 class Simulation(_core.Simulation):
     """A scene prepared for time stepping.
 
-    Arrays of cloth are in the user's vertex order, except in `state`, with the cloths concatenated.
+    Arrays of cloth contain all cloths one after another, with the vertices of each in the user's
+    order. In `state`, rows are permuted: row vertex_order[i] belongs to vertex i.
 
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
@@ -59,11 +60,11 @@ class Simulation(_core.Simulation):
         pairs of partitions out evenly. With "dynamic", idle ranks take work from busy ones. Results
         do not depend on it.
 
-    Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if it can be, but
-    looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
-    `external_forces` are copies that can be assigned. `state` provides views of the internal
-    tables. `scene` and `integrator` are those in use.
-    `preparation_seconds` is the wall time of building the simulation, before the warnings [s].
+    Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if the scene can
+    be simulated but looks like a mistake, for example if bodies overlap at the start. `positions`,
+    `velocities` and `external_forces` are copies that can be assigned. `state` provides views of
+    the internal tables. `scene` and `integrator` are those in use. `preparation_seconds` is the
+    wall time of building the simulation, before the warnings [s].
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -164,16 +165,16 @@ class Simulation(_core.Simulation):
             frames.csv and the report
         record_tasks : record the motion of surfaces in every n-th step for `loomstone replay`; 0:
             in none
-        compression : level of the compression of frames, 0 (none) to 9 (deflate). Files become
-            smaller by about a fifth; docs/cache.md gives the cost.
+        compression : level of the deflate compression of frames, 0 (none) to 9. Compressed files
+            are smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone.
 
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
         that `loomstone resume` can continue a run without `control`. Raises CacheError if the
         directory cannot be used, for example while another process writes a run into it.
-        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt (with the
-        number as `signal`) when a checkpoint is written; after a second Ctrl-C, at once.
+        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt (its `signal`
+        is the signal's number) once a checkpoint is written; after a second Ctrl-C, at once.
         """
         look = _look(render, Path(out) if resume else None)
         _check_type("compression", compression, (int, np.integer))
@@ -196,7 +197,7 @@ class Simulation(_core.Simulation):
         )
 
     def _metadata(self, options: RunOptions, controlled: bool) -> dict[str, Any]:
-        """Returns what a run stores about itself, so that `loomstone resume` can continue it."""
+        """Returns the metadata of a run, with which `loomstone resume` can continue it."""
         return {
             "loomstone": _core.__version__,
             "control": controlled,

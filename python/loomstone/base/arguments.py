@@ -54,9 +54,9 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
     Arguments annotated as TriangleMesh may also be meshes of trimesh or meshio.
 
-    A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. An
-    argument without a keyword where none is taken raises a TypeError that names a keyword. If the
-    C++ core rejects the type of an argument, a TypeError shows the given arguments and the expected
+    A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. More
+    positional arguments than the function takes raise a TypeError that names keywords. If the C++
+    core rejects the type of an argument, a TypeError shows the given arguments and the expected
     types.
     """
 

@@ -1,4 +1,4 @@
-"""Claims of scene files, which are assertions."""
+"""The message for a claim of a scene file that does not hold. Claims are assertions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["broken_claim"]
 
 
 def broken_claim(error: AssertionError) -> str:
-    """Returns a sentence with the message of the assertion or, if it has none, its place."""
+    """Returns a sentence with the message of the assertion or, if it has none, its location."""
     message = " ".join(str(error).split())
     frames = traceback.extract_tb(error.__traceback__)
     if not message and frames:

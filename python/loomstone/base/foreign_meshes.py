@@ -15,16 +15,16 @@ from .._core import InvalidInput, TriangleMesh
 __all__ = ["converted", "triangles_of_cells"]
 
 _FACES = ("triangle", "quad", "polygon")
-# Cells without area, such as those that Gmsh writes in addition to triangles. The error message
-# does not name them.
+# Cells without area, such as those that Gmsh writes in addition to triangles. The error message of
+# triangles_of_cells() does not name them.
 _IGNORED = ("vertex", "line", "line3")
 
 
 def converted(value: Any) -> TriangleMesh | None:
     """Returns a trimesh.Trimesh or meshio.Mesh as TriangleMesh, or None for any other object.
 
-    Vertices [m] keep their order. Polygons are split into fans from their first corner. Texture
-    coordinates are left out, because the uv of a TriangleMesh are lengths [m].
+    Vertices [m] keep their order. Polygons are split into fans of triangles around their first
+    corner. Texture coordinates are left out, because the uv of a TriangleMesh are lengths [m].
 
     Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or polygons, with
     curved triangles or quads, or with triangles that TriangleMesh rejects.

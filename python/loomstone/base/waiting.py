@@ -26,9 +26,9 @@ __all__ = ["WAITING"]
 # time of the default, and 0.82 times the wall time.
 _SPIN_COUNT = 30000
 
-# The threads of OpenBLAS spin for 2 to the power of this number of processor cycles. The default is
-# 26, about 25 ms. loomstone calls OpenBLAS on one thread. With 16, `import loomstone` takes
-# 0.87 times the processor time of the default on two processors.
+# An idle thread of OpenBLAS spins for 2^_BLAS_TIMEOUT processor cycles before it sleeps. OpenBLAS
+# has a default of 26, about 25 ms. loomstone calls OpenBLAS on one thread only. With 16, `import
+# loomstone` takes 0.87 times the processor time of the default on two processors.
 _BLAS_TIMEOUT = 16
 
 
@@ -46,7 +46,7 @@ def _libgomp_is_loaded() -> bool:
 
 @contextlib.contextmanager
 def _environment(defaults: dict[str, str]) -> Iterator[None]:
-    """Sets environment variables that the user has not set, and removes them again."""
+    """Sets the variables of `defaults` that the user has not set, during the `with` block only."""
     added = {name: value for name, value in defaults.items() if name not in os.environ}
     os.environ.update(added)
     try:
@@ -57,7 +57,11 @@ def _environment(defaults: dict[str, str]) -> Iterator[None]:
 
 
 def _load_core() -> str:
-    """Returns how threads wait, as text. Loads `_core` with our spin count if it has an effect."""
+    """Loads `_core`, and returns how threads wait, as text.
+
+    GOMP_SPINCOUNT is set to _SPIN_COUNT, unless the user has chosen how threads wait, or libgomp is
+    already loaded.
+    """
     given = [name for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT") if name in os.environ]
     too_late = _libgomp_is_loaded()
     defaults = {"OPENBLAS_THREAD_TIMEOUT": str(_BLAS_TIMEOUT)}

@@ -111,7 +111,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
 
 
 def _sentence(error: Exception) -> str:
-    """Returns the message of an error; of an OSError, the name of its file and its reason."""
+    """Returns the message of an error; for an OSError, its file name and its reason."""
     if isinstance(error, Error) or not isinstance(error, OSError) or not error.strerror:
         return str(error)
     return f"{error.filename}: {error.strerror}" if error.filename else error.strerror

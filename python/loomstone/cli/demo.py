@@ -23,7 +23,7 @@ def demo(
 ) -> None:
     """Drapes a cloth over a sphere, and draws pictures and a video of it.
 
-    The scene is the drape of `loomstone scenes`, with 3,528 triangles. This takes less than a
+    The scene is `drape` of `loomstone scenes`, with 3,528 triangles. The command takes less than a
     minute on two processors.
 
     \b

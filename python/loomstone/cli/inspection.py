@@ -143,8 +143,8 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
     """Prints sizes and intersections of a scene; returns whether it can be run.
 
-    It cannot be run if cloth intersects a surface or lies inside a closed one at the start, unless
-    the scene allows this. Other faults raise an error.
+    A scene cannot be run if cloth intersects a surface or lies inside a closed one at the start,
+    unless the scene allows this. Other faults raise an error.
 
     picture : path where a picture of the initial state is written, or None
     """
@@ -192,8 +192,8 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
     """Returns lines about the steps of individual triangles in an asynchronous run.
 
-    The first line compares the number of events with the number if all triangles had the shortest
-    step. Without events, no lines are returned.
+    The first line compares the number of events with the number that there would be if all
+    triangles had the shortest step. Without events, no lines are returned.
 
     If there are checkpoints, further lines count triangles by the longest step that each may take
     at the time of the newest checkpoint.

@@ -24,7 +24,7 @@ __all__ = [
 
 
 def one_of(names: Iterable[str]) -> Callable[[str], list[str]]:
-    """Returns a function for completion in shells: it lists the `names` that begin with a text."""
+    """Returns a function for shell completion, which lists the `names` that begin with a text."""
     known = sorted(names)
 
     def matching(incomplete: str) -> list[str]:

@@ -52,7 +52,7 @@ def plot(
         float, typer.Option(help="largest distance [m]; 0: the second magnet's radius")
     ] = 0.0,
 ) -> None:
-    """Plots a run over time, the parallel work of runs, or forces between magnets.
+    """Plots a run over time, a comparison of parallel runs, or forces between magnets.
 
     For a run, plots energy, stages, contacts, stretch, strain, iterations or step from its
     steps.csv. The plot of strain shows the largest strain in each direction, its excess over

@@ -208,7 +208,7 @@ def _place(threads: int) -> str:
 
 
 def _advance(task: _Task, communicator: Communicator, words: Words) -> None:
-    """Runs a task.
+    """Executes the run that a task describes.
 
     Exits with code 1 if the run is verified and triangles of cloth intersect, or with 128 plus the
     number of the signal that ended the run.

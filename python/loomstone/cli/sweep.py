@@ -97,7 +97,10 @@ def sweep(
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:
-    """Claims the directory; prints a message if the duration is no whole number of frames."""
+    """Claims the directory of a sweep.
+
+    Prints a message if the duration is not a whole number of frames.
+    """
     claim(target, {"scene": file.source, **given}, besides=Path(scheduler or "").name)
     duration = file.duration if given["duration"] is None else given["duration"]
     if told := told_of_part_frame(duration, file.rate if given["rate"] is None else given["rate"]):

@@ -49,8 +49,8 @@ def read_parts(
 def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     """Joins parts into one part; vertices that always coincide become one vertex.
 
-    If the result is no valid mesh, for example because boxes touch along an edge, only vertices of
-    the same part become one vertex.
+    If the result is not a valid mesh, for example because boxes touch along an edge, only vertices
+    of the same part become one vertex.
 
     names : names of the parts that are used; None: all
     """

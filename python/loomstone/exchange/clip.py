@@ -18,7 +18,7 @@ __all__ = ["Clip", "FramesOfRun", "clip_of"]
 
 
 class FramesOfRun(Protocol):
-    """The interface of a run that exports use; loomstone.Run implements it."""
+    """The interface through which exports read a run; loomstone.Run implements it."""
 
     directory: Path
 
@@ -34,7 +34,10 @@ class FramesOfRun(Protocol):
 
 @dataclass(frozen=True)
 class Clip:
-    """Frames of a run with its surfaces."""
+    """Selected frames of a run, with its surfaces and their motions.
+
+    progress : function that is called with 1 after each frame
+    """
 
     run: FramesOfRun
     frames: range
@@ -77,7 +80,10 @@ class Clip:
 def clip_of(
     run: FramesOfRun, frames: range | None, every: int, progress: Callable[[int], None]
 ) -> Clip:
-    """Returns the selected frames of a run. Reads all of them, and calls `progress` for each."""
+    """Returns a clip of the selected frames of a run.
+
+    Reads these frames once to find the motions, and calls `progress` with 1 after each.
+    """
     chosen = selected(len(run), frames, every)
     surfaces = surfaces_of(run.topology)
     motions = motions_of(surfaces, lambda: (run[i] for i in chosen), len(chosen), progress)

@@ -1,4 +1,4 @@
-"""Writes a run for other programs."""
+"""Exports a run: checks the target, chooses the writer of the format, and calls it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def export_run(
 
 
 def format_of(name: str | None) -> Format | None:
-    """Returns a name as a format, and None for None. Raises InvalidInput for unknown names."""
+    """Returns `name` if it is one of FORMATS or None; raises InvalidInput otherwise."""
     found: Format | None = next((known for known in FORMATS if known == name), None)
     if found is None and name is not None:
         raise InvalidInput(f"to must be one of {', '.join(FORMATS)}, got {name!r}")
@@ -70,7 +70,7 @@ def format_of(name: str | None) -> Format | None:
 def _target(
     run: FramesOfRun, out: str | os.PathLike[str] | None, to: Format | None
 ) -> tuple[Path, Format]:
-    """Returns path and format. If one of them is not given, it follows from the other."""
+    """Returns the path and the format. If one of them is not given, the other determines it."""
     to = format_of(to)
     if out is None:
         if to is None:

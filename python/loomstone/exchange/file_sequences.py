@@ -1,4 +1,4 @@
-"""Writes the surfaces of a run as mesh files, or as one mesh file each and point caches."""
+"""Writes the surfaces of a run as sequences of mesh files, or as mesh files with point caches."""
 
 from __future__ import annotations
 

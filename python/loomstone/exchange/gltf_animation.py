@@ -28,8 +28,8 @@ class Channel:
 def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
     """Returns the channels of the named animations, or of the only animation if no name is given.
 
-    Omits channels without a node. The others have the order of `names`. If several channels move
-    the same property, the last one counts.
+    Omits channels without a node. The animations have the order of `names`. If several channels
+    move the same property of a node, the last one counts.
     """
     animations = file.content.animations
     known = [item.name or f"animation {i}" for i, item in enumerate(animations)]

@@ -28,7 +28,7 @@ _KNOWN = (  # prefixes of the required extensions with which geometry can be rea
 
 
 class GltfFile:
-    """A parsed file with its binary data."""
+    """A parsed glTF file with its binary data."""
 
     def __init__(self, path: Path) -> None:
         gltf = imported("pygltflib", path)
@@ -51,7 +51,7 @@ class GltfFile:
         self._buffers: dict[int, bytes] = {}
 
     def item(self, kind: str, index: int | None, of: str) -> Any:
-        """Returns an item of a list of the file, such as nodes; raises InvalidInput if absent.
+        """Returns item `index` of the list `kind`, such as "nodes"; raises InvalidInput if absent.
 
         of : what refers to the item, for messages
         """

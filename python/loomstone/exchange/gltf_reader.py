@@ -129,7 +129,7 @@ class _Piece:
 
 
 def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indices:
-    """Returns the triangles of a primitive: a list, a strip or a fan of triangles."""
+    """Returns the triangles of a primitive, which is a list, a strip or a fan of triangles."""
     corners = np.arange(points)
     if primitive.indices is not None:
         corners = file.array(primitive.indices, f"indices of {name!r}")[:, 0].astype(np.int64)

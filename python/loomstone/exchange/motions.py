@@ -51,8 +51,8 @@ def motions_of(
 ) -> list[Motion]:
     """Returns the motions of surfaces over `count` frames, which are read once.
 
-    A surface is rigid if a rotation and a translation give its vertices in all frames to single
-    precision. Cloth is never taken as rigid.
+    A surface is rigid if a rotation and a translation reproduce its vertices in each frame to
+    single precision. Cloth never counts as rigid.
     """
     motions: list[Motion] = []
     for index, frame in enumerate(frames()):

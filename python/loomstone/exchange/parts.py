@@ -12,7 +12,7 @@ from .surfaces import Floats, Indices
 
 __all__ = ["MALFORMED", "Part", "sample_times"]
 
-# Exceptions that libraries, or the conversion of content, raise for malformed files.
+# Exceptions raised for malformed files, by libraries or by the conversion of the files' content.
 MALFORMED = (
     KeyError,
     IndexError,

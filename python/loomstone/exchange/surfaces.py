@@ -195,7 +195,7 @@ def _image(look: Look, color: Floats) -> Bytes | None:
 
 
 def _texture_uv(look: Look, uv: Floats) -> Floats:
-    """Returns uv relative to the texture, which spans [0, 1] and is placed as in pictures."""
+    """Returns uv in units of the texture's size; the texture is placed as in rendered pictures."""
     if look.texture is None:
         return np.empty((0, 2))
     if look.texture_width > 0.0:

@@ -1,4 +1,4 @@
-"""The file or directory that an export writes."""
+"""Checks and replaces the file or directory that an export writes."""
 
 from __future__ import annotations
 

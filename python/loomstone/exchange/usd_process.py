@@ -55,9 +55,10 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 
 
 def serve() -> None:
-    """Reads the USD file that the last argument names.
+    """Reads a USD file in the separate process.
 
-    Writes its parts and their times, or the error, to a file.
+    The last argument of the process names this file, and the file to which serve() writes the parts
+    and their times, or the error.
     """
     from .usd_reader import read_usd
 

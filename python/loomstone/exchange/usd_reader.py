@@ -20,8 +20,8 @@ __all__ = ["read_usd"]
 def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
     """Returns all visible meshes of a file over time, and the times [s], which begin at 0.
 
-    Lengths are converted to metres and the up axis to z. Polygons are split into fans; the control
-    mesh of a subdivision surface is taken as it is.
+    Lengths are converted to metres and the up axis to z. Polygons are split into fans of triangles.
+    The control mesh of a subdivision surface is taken as it is.
 
     rate : samples per second [1/s]; None: one per time code
     moving : whether the motion is read, or only the first frame
@@ -105,7 +105,7 @@ def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
 
     If the skeleton has poses, there must be one per joint.
 
-    The library reads joints and poses without these checks.
+    UsdSkel reads joints and poses without these checks.
     """
     skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
     if not skeleton:
@@ -164,7 +164,7 @@ def _part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
 
 
 def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: int) -> Indices:
-    """Splits polygons into fans from their first corner."""
+    """Splits polygons into fans of triangles around their first corner."""
     if (
         np.any(counts < 0)
         or counts.sum() != len(corners)

@@ -1,7 +1,7 @@
 """Writes USD: deforming surfaces as time samples of points, rigid ones as transforms.
 
 The stage is in metres with z up. A time code is the number of a frame of the run, and
-timeCodesPerSecond is the rate of the run. The textures of surfaces are PNG files beside the stage.
+timeCodesPerSecond is the rate of the run. The textures are PNG files in the stage's directory.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _material(stage: Any, surface: Surface, number: int) -> Any:
 
 
 def _texture(stage: Any, path: str, pixels: Bytes, name: str) -> Any:
-    """Writes an image beside the stage; returns the shader that reads it."""
+    """Writes an image to the stage's directory; returns the shader that reads it."""
     shade, sdf = imported("pxr.UsdShade", "usd"), imported("pxr.Sdf", "usd")
     types = sdf.ValueTypeNames
     final = Path(stage.GetRootLayer().realPath)

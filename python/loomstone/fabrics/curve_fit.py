@@ -1,13 +1,14 @@
 """Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
-Each mode of deformation is described by a stiffness and, except bending, a limit: the strain at
+Each mode of deformation is described by a stiffness and, except for bending, a limit: the strain at
 which the measured curve reaches a given load (default 150 gf/cm). The shear limit can also be given
-directly. The stiffness is fitted to the curve up to the limit, by least
-squares in closed form. In equilibrium, the load P or the moment M per width of the model is
+directly. The stiffness is fitted to the curve up to the limit, by least squares in closed form. The
+model has the stiffnesses E and G and the bending rigidity B. In equilibrium, its load P or moment M
+per width is
 
-    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no transverse load
+    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial: (2.23) without transverse load
     shear:       P = G g,  g = tan(angle)                 engineering shear g, to first order
-    bending:     M = B k
+    bending:     M = B k                                  curvature k
 
 The shear limit is given as the component e12 of U - I, which is g / sqrt(4 + g^2) in a simple shear
 g. Tensile tests of the Kawabata system clamp a short and wide sample, and therefore measure E / (1
@@ -52,9 +53,9 @@ def fit(
         or an (n x 2) array. Weft and warp: strain [1], load per width [N/m]. Shear: engineering
         shear [1] or angle (ls.units["deg"]), load per width [N/m]. Bending: curvature [1/m], moment
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
-    density : [kg/m^2], or a quantity with a unit
+    density : mass per area [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1]; None: that at `load`
+    shear_limit : largest e12 [1]; None: the value at `load`
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
     numbers, strain does not increase, fewer than four points up to the limit differ from 0, or

@@ -86,7 +86,7 @@ class Fabric(ClothMaterial):
 
     @property
     def name(self) -> str:
-        """Name of the fabric."""
+        """Name of the fabric, such as "cotton"."""
         return str(self._about["name"])
 
     @property
@@ -120,12 +120,12 @@ class Fabric(ClothMaterial):
 
     @property
     def source(self) -> str:
-        """Citation of the source."""
+        """Bibliographic reference or other source of the numbers."""
         return str(self._about["source"])
 
     @property
     def licence(self) -> str:
-        """Licence of the source."""
+        """Licence of the numbers; empty if none is stated."""
         return str(self._about["licence"])
 
     @property
@@ -162,7 +162,7 @@ class Fabric(ClothMaterial):
     def _strip_rigidities(self) -> tuple[float, ...]:
         """Returns the rigidities of strips along weft, warp and bias [N m].
 
-        Returns nothing if the material does not resist bending in every direction.
+        Returns an empty tuple if the material does not resist bending in every direction.
         """
         try:
             return tuple(strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45))

@@ -28,7 +28,7 @@ def of_levels(
 
     weft, warp, shear : levels, each of which sets a stiffness and a strain limit
     bending : level of the bending rigidity, which is equal in all directions
-    density : [kg/m^2], or a quantity with a unit
+    density : mass per area [kg/m^2], or a quantity with a unit
 
     >>> of_levels(weft="soft", warp="stiff").limits
     (0.15, 0.02, 0.15)

@@ -10,8 +10,8 @@ strip at the angle a to weft has the rigidity B(a) with
 bias (45 degrees), which give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12.
 
 Without a strip on the bias, the twisting rigidity is that of Huber's orthotropic plate, D33 =
-(sqrt(D11 D22) - D12) / 2 [Huber1923], as by default in ClothMaterial. It is exact for isotropic
-plates. If the Poisson ratio is 0, the strips then have the rigidities
+(sqrt(D11 D22) - D12) / 2 [Huber1923], which is also the default of ClothMaterial. This relation is
+exact for isotropic plates. If the Poisson ratio is 0, it gives strips the rigidities
 
     1 / sqrt(B(a)) = c^2 / sqrt(B(0)) + s^2 / sqrt(B(90))
 """

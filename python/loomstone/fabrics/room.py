@@ -40,7 +40,7 @@ class FabricsRoom(ModuleType):
         return catalogue.items()
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Returns a fabric, or the default if there is none of that name."""
+        """Returns a fabric, or `default` if there is no fabric of that name."""
         return catalogue.get(name, default)
 
     def __repr__(self) -> str:

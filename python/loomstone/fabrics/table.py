@@ -14,7 +14,7 @@ __all__ = ["BANDS", "FABRICS", "LEVELS", "SOURCES", "Band", "Level", "Row", "Sou
 
 @dataclass(frozen=True)
 class Source:
-    """A source of numbers.
+    """A publication from which the numbers of fabrics are taken.
 
     citation : bibliographic reference
     licence : terms stated by the rights holders
@@ -271,8 +271,8 @@ class Level:
 
 
 # The bending rigidities are the percentiles 5, 25, 50, 75 and 95 of 618 fabrics measured along warp
-# [Feng2022]. Stiffness and limits are our choice. Figure 3.5 of [Thomaszewski2010] shows limits
-# of 2, 5 and 15 %.
+# [Feng2022]. Stiffness and limits are chosen, not measured. Figure 3.5 of [Thomaszewski2010] shows
+# limits of 2, 5 and 15 %.
 LEVELS = {
     "very soft": Level(50.0, 0.30, 20.0, 0.30, 1.1e-6),
     "soft": Level(150.0, 0.15, 40.0, 0.20, 4.1e-6),

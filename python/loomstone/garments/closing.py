@@ -1,4 +1,4 @@
-"""Sewing by simulation: forces close the seams of separate panels, then vertices are welded."""
+"""Sewing by simulation: forces close the seams of panels, whose vertices are then welded."""
 
 from __future__ import annotations
 
@@ -49,19 +49,19 @@ def close_seams(
 ) -> Garment:
     """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
-    pattern : panels may touch one another along seams only, and must not touch the body
+    pattern : its panels may touch one another along seams only, and must not touch obstacles
     places : placements by panel name, which replace those of the pattern
-    obstacles : the body, with which panels collide
+    obstacles : surfaces with which the panels collide, such as the wearer's body
     material : material of the panels during sewing; default: 300 N/m (75 in shear), 0.2 kg/m^2
     longest : simulated time after which open seams are an error [s]
     step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
 
-    Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest at no
-    more than half a mesh edge: where three panels meet, thickness keeps them apart. Joined vertices
-    are then welded at their mean position, and the strain is reduced. Raises SolverFailure naming
-    the widest seam if seams stay open, and InvalidInput if the pattern cannot be sewn or the sewn
-    garment would intersect itself.
+    Seams count as closed if no gap exceeds 1.5 contact distances, or if gaps no longer shrink and
+    none exceeds half a mesh edge: where three panels meet, thickness keeps them apart. Joined
+    vertices are then welded at their mean position, and the strain is reduced. Raises SolverFailure
+    naming the widest seam if seams stay open, and InvalidInput if the pattern cannot be sewn or the
+    sewn garment would intersect itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):
@@ -73,7 +73,7 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance of panels is 0.1 `edge`, as in a Cloth without slender triangles.
+    # The contact distance is 0.1 `edge`, about the default of a Cloth without slender triangles.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:

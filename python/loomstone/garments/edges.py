@@ -54,7 +54,7 @@ class Edge:
         return float(np.linalg.norm(np.diff(self.curve(), axis=0), axis=1).sum())
 
     def curve(self) -> Floats:
-        """Returns the edge as a polyline (k x 2) [m], which approximates curves."""
+        """Returns the points (k x 2) [m] of a polyline that approximates the edge."""
         control = np.array(self.points, float)
         t = np.linspace(0.0, 1.0, FINE + 1)[:, None]
         fine: Floats
@@ -79,7 +79,7 @@ class Edge:
         return fine
 
     def sampled(self, segments: int) -> Floats:
-        """Returns points (segments + 1 x 2) [m] that divide the edge evenly by length.
+        """Returns points ((segments + 1) x 2) [m] that divide the edge evenly by length.
 
         Corners of a polyline are in general not among these points.
         """

@@ -1,8 +1,8 @@
 """Initial placement of panels: maps from the plane of a panel to space.
 
-Cylinder and Cone keep lengths, as does Plane if `across` and `up` are perpendicular unit vectors.
-Seen from outside the garment, a panel's x axis points right and its y axis points up. The cross
-product of x and y points outward.
+Cylinder and Cone preserve lengths, as does Plane if `across` and `up` are perpendicular unit
+vectors. Seen from outside the garment, a panel's x axis points right and its y axis points up. The
+cross product of x and y points outward.
 """
 
 from __future__ import annotations

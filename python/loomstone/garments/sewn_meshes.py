@@ -20,8 +20,8 @@ __all__ = ["read", "sewn"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Largest ease of patterns from files, relative to the longer of two sewn edges. It allows ruffles
-# that are gathered from an edge of four times the sewn length.
+# Largest ease of patterns from files: the difference in length of two sewn edges, relative to the
+# longer one. It allows ruffles that are gathered from an edge of four times the sewn length.
 GATHERED = 0.75
 
 

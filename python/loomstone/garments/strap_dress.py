@@ -286,7 +286,10 @@ def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
 
 
 def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:
-    """Returns points along the right strap over the bar [m], and the direction across at each."""
+    """Returns the path of the right strap over the bar, and the direction across the strap.
+
+    The path is a polyline (33 x 3) [m]. The directions are unit vectors (33 x 3) at its points.
+    """
     angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
     x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
     clear = bar_radius + 0.004
@@ -299,7 +302,8 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]
     leg = np.linspace(np.array([x, -depth, -rise]), circle[0], 9)[:-1]
     path = np.concatenate([leg, circle, (leg * (1, -1, 1))[::-1]])
-    # The direction across is tangent to the bodice at the joints, and parallel to the bar above it.
+    # The direction across the strap is tangent to the bodice at the joints, and parallel to the bar
+    # where the strap passes over it.
     twist = angle * np.concatenate([np.linspace(1, 0, 8), np.zeros(17), np.linspace(0, -1, 8)])
     across = np.c_[np.cos(twist), np.sin(twist), np.zeros(33)]
     return path, across

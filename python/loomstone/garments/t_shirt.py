@@ -43,7 +43,7 @@ def tshirt(
 
     triangles : total number of triangles; the result may differ from it slightly
     chest : circumference of the chest [m]
-    length : length from the shoulder next to the neck to the hem [m]
+    length : length from the neck end of the shoulder seam to the hem [m]
     sleeve : length of the sleeve below the armhole [m]
     seed : seed of the triangulation
 

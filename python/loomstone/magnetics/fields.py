@@ -25,9 +25,9 @@ def field(
     points (n, 3) [m] in world axes. Returns (n, 3): flux density B [T], or field strength H [A/m].
     Inside magnets B = mu0 H + J. Points on a surface are treated as outside. On edges and wires the
     field is infinite; points closer to them than 1e-15 of the size of the source (1e-12 for
-    cylinders and solenoids) are treated as at that distance. threads: number of threads, 0 for all
-    processors; the result does not depend on it. Raises InvalidInput if points are not finite or
-    not (n, 3), or if quantity is neither "B" nor "H".
+    cylinders and solenoids) are treated as if they were at that distance. threads 0:
+    OMP_NUM_THREADS or all processors; the result does not depend on it. Raises InvalidInput if
+    points are not finite or not (n, 3), or if quantity is neither "B" nor "H".
 
     >>> import loomstone as ls
     >>> loop = ls.magnetics.loop(radius=1, current=2)

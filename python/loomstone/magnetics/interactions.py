@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 class Force(NamedTuple):
     """Force (3) [N] on a body and torque (3) [N m] about the body's centre, in world axes, with the
-    estimated error [N].
+    estimated error [N] that `force` defines.
     """
 
     force: Floats
@@ -38,7 +38,7 @@ class Force(NamedTuple):
 
 class Forces(NamedTuple):
     """Forces (n, 3) [N] on n bodies and torques (n, 3) [N m] about the bodies' centres, in world
-    axes, with estimated errors (n) [N].
+    axes, with the estimated errors (n) [N] that `force` defines.
     """
 
     forces: Floats
@@ -183,9 +183,10 @@ def induced_moments(
     iron, -1: superconductor). applied: (n, 3) flux density at the centres without the spheres [T].
     Each sphere is modelled as a point dipole (4 pi R^3 / mu0) chi / (3 + chi) B. This is exact for
     one sphere in a uniform field, and accurate for spheres whose distances are large compared with
-    their radii. The linear system is solved to a relative residual of `tolerance`. threads 0: all
-    processors; the result does not depend on it. Raises InvalidInput for values out of range.
-    Raises SolverFailure if the solution does not converge, as can happen if spheres overlap deeply.
+    their radii. The linear system is solved to a relative residual of `tolerance`. threads 0:
+    OMP_NUM_THREADS or all processors; the result does not depend on it. Raises InvalidInput for
+    values out of range, and SolverFailure if the solution does not converge, as can happen if
+    spheres overlap deeply.
 
     >>> import loomstone as ls
     >>> iron = {"radii": [0.01], "susceptibilities": [float("inf")]}

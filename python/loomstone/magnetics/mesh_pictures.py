@@ -86,11 +86,11 @@ def curve_of_meshes(
 ) -> Path:
     """Plots force against distance, or torque against angle, of two magnets given by their meshes.
 
-    A single mesh is used for both. Both have the same polarization [T]. For forces, the first body
-    starts next to the second one along `axis`, at a gap of 1e-6 of its own bounding radius, and
-    moves away by up to `reach` [m] (0: the bounding radius of the second). For torques, the first
-    body is placed far enough away to turn freely, and turns once about an axis perpendicular to
-    `axis`.
+    If only one mesh is given, both magnets have its shape. Both have the same polarization [T]. For
+    forces, the first magnet starts next to the second one along `axis`, at a gap of 1e-6 of its own
+    bounding radius, and moves away by up to `reach` [m] (0: the bounding radius of the second). For
+    torques, the first magnet is placed far enough away to turn freely, and turns once about an axis
+    perpendicular to `axis`.
     """
     if not 1 <= len(meshes) <= 2:
         raise InvalidInput(

@@ -35,10 +35,10 @@ def soft_sphere(
 ) -> SoftBody:
     """Magnetisable sphere: radius [m], susceptibility chi = mu_r - 1 >= -1, not 0 [1].
 
-    chi = inf is ideal iron, chi = -1 a superconductor. The response is exact for solid harmonics up
-    to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its tolerance and the
-    distance of other bodies, whereas scenes use degree 1, a point dipole. saturation: mu0 M_s [T],
-    0: none; see `induce`.
+    chi = inf is ideal iron, and chi = -1 is a superconductor. The response is exact for solid
+    harmonics up to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its
+    tolerance and the distance of other bodies, whereas scenes use degree 1, a point dipole.
+    saturation: mu0 M_s [T], 0: none; see `induce`.
     """
     return _core.soft_sphere(
         radius=radius, susceptibility=susceptibility, saturation=saturation, degree=degree
@@ -57,7 +57,7 @@ def soft_cuboid(
 ) -> SoftBody:
     """Magnetisable cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1, not 0 [1].
 
-    chi = inf is ideal iron, chi = -1 a superconductor. saturation: mu0 M_s [T], 0: none; see
+    chi = inf is ideal iron, and chi = -1 is a superconductor. saturation: mu0 M_s [T], 0: none; see
     `induce`.
 
     cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges can have more
@@ -77,11 +77,11 @@ def soft_cuboid(
     width.
 
     The linear system is factored here, for all poses and fields. With saturation, `induce` factors
-    it again several times. With 16 cells, factoring takes 0.04 s and 10 MB for a cube, 2.6 s and
-    0.3 GB for 10 : 5 : 1 (24 cells: 23 s and 1.2 GB). Flat cuboids that magnetise each other take
-    long: `induce` takes 0.9 s with 8 cells and 4 s with 16 for two with edges 3 : 2 : 0.4 at a gap
-    of a tenth of the shortest. Raises InvalidInput for more than 24,000 panels; edges 10 : 5 : 1
-    exceed this number with more than 24 cells.
+    it again several times. With 16 cells, factoring takes 0.04 s and 10 MB for a cube, and 2.6 s
+    and 0.3 GB for edges 10 : 5 : 1 (24 cells: 23 s and 1.2 GB). Flat cuboids that magnetise each
+    other take long: for two cuboids with edges 3 : 2 : 0.4 at a gap of a tenth of the shortest
+    edge, `induce` takes 0.9 s with 8 cells and 4 s with 16. Raises InvalidInput for more than
+    24,000 panels; edges 10 : 5 : 1 exceed this number with more than 24 cells.
     """
     return _core.soft_cuboid(
         size=size,

@@ -36,8 +36,8 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
-# A polarization with a component of larger magnitude [T] causes a warning, because no material
-# exceeds 2.5 T. The margin allows for magnets that represent windings.
+# Magnitude of a component of a polarization above which a warning is given [T]. No material exceeds
+# 2.5 T, and the margin allows for magnets that represent windings.
 LARGEST_POLARIZATION = 5.0
 
 
@@ -70,7 +70,7 @@ def _check_polarization(polarization: ArrayLike) -> None:
 
 
 def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
-    """Returns the lower and upper corners (3), (3) [m] of the box around all bounding spheres."""
+    """Returns the lower and upper corners, each (3) [m], of the box around all bounding spheres."""
     places, radii = np.array([b.position for b in bodies]), np.array([b.radius for b in bodies])
     return (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
 

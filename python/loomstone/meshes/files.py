@@ -72,7 +72,7 @@ def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         ) from None
     try:
         meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
-    # meshio raises a ReadError for an unknown suffix.
+    # meshio raises a ReadError for an unknown suffix even when it writes.
     except (
         meshio.ReadError,
         meshio.WriteError,

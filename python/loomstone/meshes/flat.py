@@ -1,8 +1,8 @@
 """Flat cloth in z = 0, centred at the origin, weft along x: grids and unstructured meshes.
 
 Unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration [Lloyd1982].
-Boundary points are fixed, and evenly spaced along each side. Interior points start on a jittered
-hexagonal lattice and move repeatedly to the centroid of their neighbouring triangles.
+Boundary points do not move, and are evenly spaced along each side. Interior points start on a
+jittered hexagonal lattice and move repeatedly to the centroid of their neighbouring triangles.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ def grid(
     pattern : "alternating" for diagonals that alternate like a checkerboard, or "diagonal" for
         diagonals that are all parallel
 
-    Raises InvalidInput for values out of range, and unless either `triangles` or `cells` is given.
+    Raises InvalidInput for values out of range, and if both or neither of `triangles` and `cells`
+    are given.
 
     >>> grid(size=(0.5, 0.5), cells=(4, 4)).n_triangles
     32
@@ -108,7 +109,7 @@ def strip(*, length: float, width: float, triangles: int, seed: int | None = Non
 def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     """Disc with an unstructured mesh.
 
-    radius : [m]
+    radius : distance of the boundary points from the centre [m]
     triangles : number of triangles; one fewer if the parity of the number of boundary points
         requires it, but at least 4
     seed : seed of the random initial points

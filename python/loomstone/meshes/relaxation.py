@@ -26,8 +26,8 @@ def relaxed(
     """Returns an unstructured mesh within a convex outline.
 
     outline : (b x 2) points that stay fixed: those of the outline, and possibly others inside [m]
-    depth : function that returns how deep points lie within the region where interior points start
-        [m], negative outside; at most the distance from the region's boundary
+    depth : function that returns a lower bound of the distance of points from the boundary of the
+        region where interior points start [m], negative outside the region
     box : width and height of a box about the origin that contains the outline [m]
     edge : target edge length [m]
     triangles : number of triangles. By Euler's formula, it fixes the number of interior points,

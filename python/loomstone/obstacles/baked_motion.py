@@ -47,8 +47,8 @@ def baked(
     look : Look, the colour and texture of the obstacle in pictures
 
     Each sample takes 24 bytes per vertex in memory. Vertices that coincide in all samples are
-    joined; if this gives no valid mesh, only those of the same mesh. USD needs the extra `usd`,
-    glTF `gltf`.
+    joined; if this gives no valid mesh, only vertices of the same mesh are joined. USD needs the
+    extra `usd`, glTF the extra `gltf`.
 
     Raises CacheError if the file cannot be read, Unsupported if the extra is not installed, and
     InvalidInput if nothing in the file moves or an argument is invalid.

@@ -52,7 +52,8 @@ def sequence(
 
     All frames are kept in memory, with 24 bytes per vertex and frame. Raises CacheError if a file
     cannot be read or no file matches the pattern. Raises InvalidInput for fewer than two frames,
-    for frames that differ in their triangles or vertex count, and without times and rate.
+    for frames that differ in their triangles or vertex count, and if the file has no times and
+    `rate` is not given.
 
     >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP
@@ -98,7 +99,7 @@ def _moments(
 ) -> Floats:
     """Returns the times of the samples [s], shifted so that they begin at `start` if it is given.
 
-    They follow from the rate and the frames per sample, or without a rate from the file.
+    With `rate`, the samples are `step` frames apart; otherwise, `times` are those of the file.
     """
     if rate is not None:
         if not (np.isfinite(rate) and rate > 0):
@@ -147,8 +148,8 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
 
 
 def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None, float]:
-    """Returns positions, memory-mapped if possible, times (None if the file has none) and the
-    number of frames per sample.
+    """Returns the positions (memory-mapped if possible), the times (None if the file has none)
+    and the number of frames per sample.
     """
     suffix = path.suffix.lower()
     try:

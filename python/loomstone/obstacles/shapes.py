@@ -2,7 +2,7 @@
 
 The default names are sphere, box, capsule, funnel, bar and floor. If several surfaces of a scene
 have such a name, the scene appends numbers in the order of its obstacles: sphere, sphere_2,
-sphere_3. Given names are not changed, and must differ.
+sphere_3. Names that the user gives are not changed, and must differ.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def sphere(
 ) -> Obstacle:
     """Sphere; lengths in [m], keyframes as in `mesh`.
 
-    name : default: "sphere", to which scenes append a number if it is taken: "sphere_2"
+    name : default: "sphere"; if it is taken, scenes append a number: "sphere_2"
 
     >>> sphere(radius=0.15).mesh.closed
     True

@@ -37,10 +37,10 @@ def fitted_camera(
 
 @takes(degrees="1")
 def turntable(run: FramesOfRun, camera: Camera, *, degrees: float = 360.0) -> Camera:
-    """Returns a camera that turns about the scene over a run, counter-clockwise seen from above.
+    """Returns a camera that turns about the scene over a run, counter-clockwise as seen from above.
 
-    The angle would reach `degrees` one frame after the last one, so that a video of whole turns
-    repeats without a jump.
+    The angle would reach `degrees` one frame after the last frame of the run, so that a video of
+    whole turns repeats without a jump.
 
     Raises CacheError if the run has no frames.
     """

@@ -17,14 +17,14 @@ _TITLES = {"strain_split": "strain weft / warp", "contact": "contact 1 / interse
 
 
 def field_title(name: str) -> str:
-    """Returns the title of a scalar field."""
+    """Returns the title of the legend for a scalar field."""
     return _TITLES.get(name, name.replace("_", " "))
 
 
 def bar_labels(low: float, high: float) -> list[tuple[float, str]]:
     """Returns labels at both ends of a range, and at round numbers in it that are not near an end.
 
-    The first element of each is its place along the bar: 0 at the lower end, 1 at the upper end.
+    Each label is a pair of its place along the bar (0: lower end, 1: upper end) and its text.
     """
     span = high - low
     power = 10.0 ** math.floor(math.log10(span / 4.0))
@@ -64,7 +64,7 @@ def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], titl
     """Returns a picture (height x width x 3 or 4) with a legend at its right edge.
 
     table : (256 x 3) colours from the low to the high end of the range
-    limits : values at both ends
+    limits : values at the low and the high end
     """
     from PIL import Image, ImageDraw, ImageFont
 

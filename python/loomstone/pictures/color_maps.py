@@ -23,7 +23,7 @@ def color_table(name: str) -> tuple[NDArray[np.uint8], bool]:
     """
     import cmap
 
-    # cmap logs a warning where several collections have a map of the same name.
+    # cmap logs a warning if several collections have a map of the same name.
     logging.getLogger("cmap").setLevel(logging.ERROR)
     try:
         found = cmap.Colormap(_ALIASES.get(name, name))

@@ -51,8 +51,9 @@ def render_run(
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of the frames to draw, even if they have pictures; None: all without a picture.
-        With indices, `out` defaults to the run's directory and may not hold a whole run's pictures.
+    frames : indices of the frames to draw, even if they have pictures; None: all frames without a
+        picture. With indices, `out` defaults to the run's directory, and must not have pictures of
+        a whole run.
     jobs : number of processes, 0: one per processor
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
@@ -60,8 +61,9 @@ def render_run(
     stop : function called before every picture if jobs=1; drawing ends if it returns True
     simulation : the run's simulation, for field lines; None: made from the stored magnets
 
-    A fitted camera shows the surfaces of all frames drawn, or is that of the whole run's existing
-    pictures. Automatic colours span the values of all frames.
+    A fitted camera shows the surfaces of all drawn frames. If the whole run has been drawn with the
+    same options, single frames use the camera of its pictures. Automatic colours span the values of
+    all frames of the run.
     """
     check_frames(run, frames)
     shown = framed(run, options, frames)
@@ -98,7 +100,7 @@ def render_run(
 
 
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
-    """Returns the options, with the camera fitted to the frames that are drawn if it has `fit`.
+    """Returns the options. A camera with `fit` is fitted to the frames that are drawn.
 
     For single frames, the camera is that of the pictures in the run's directory `frames`, if these
     have the same options.
@@ -116,8 +118,8 @@ def _claim_all(
 ) -> None:
     """Reserves a directory for the pictures of a whole run.
 
-    Existing pictures are deleted if `again`, or if the range of automatic colours or the fitted
-    camera differs from theirs.
+    Existing pictures are deleted if `again` is True, or if the range of automatic colours or the
+    fitted camera differs from theirs.
     """
     note = claim(directory, options, run.metadata_text, again=again, advice=_ADVICE)
     if any(note.get(name) != value for name, value in found.items()):

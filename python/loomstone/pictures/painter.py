@@ -19,7 +19,7 @@ Ranges = list[tuple[float, float]]
 
 
 def needs_all_frames(options: RenderOptions) -> bool:
-    """Returns whether no frame can be drawn before the last one is known."""
+    """Returns whether drawing a frame requires that all frames of the run are known."""
     return is_fitted(options) or colors_need_all_frames(options)
 
 

@@ -24,7 +24,7 @@ PARTS = ("preprocessing", "integration", "collision handling", "other")
 
 @dataclass(frozen=True)
 class Replayed:
-    """Predicted speed-up of collision searches on several numbers of ranks.
+    """Predicted speed-up of collision searches for several numbers of ranks.
 
     ranks : numbers of ranks, ascending
     acceleration : speed-up, the time on one rank divided by that on each number of ranks [1]
@@ -45,8 +45,8 @@ class ParallelRun:
         in the steps since the preceding frame, and the part of it in which a rank communicates or
         waits for others; means over the ranks [s]
     parts : wall time of preprocessing, integration, collision handling and the rest [s]
-    waiting : time that a rank communicates or waits divided by the wall time of all steps; mean
-        over the ranks [1]
+    waiting : time in which a rank communicates or waits, divided by the wall time of all steps;
+        mean over the ranks [1]
     replayed : predictions for the recorded steps of this run
     """
 

@@ -42,7 +42,7 @@ def write_passes(
 ) -> list[Path]:
     """Writes depths, normals or surface numbers of pixels as OpenEXR files; returns their paths.
 
-    The files are depth-00000.exr, normal-00000.exr and id-00000.exr and so on; existing ones are
+    The files are depth-00000.exr, normal-00000.exr, id-00000.exr and so on; existing ones are
     replaced. Values are 32-bit floats, taken at the middle of each pixel without anti-aliasing.
 
     passes : any of the following

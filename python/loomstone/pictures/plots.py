@@ -19,13 +19,14 @@ __all__ = ["KINDS", "ROUNDING", "plot_steps", "scale_of_gains"]
 Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
 
-# The plot omits stages that take a smaller fraction of the wall time than this.
+# Stages that take at most this fraction of the wall time are left out of the plot.
 LEAST_SHARE = 1e-3
 
 # Energies up to this fraction of the largest count as rounding errors and are left out. Our choice.
 ROUNDING = 1e-12
 
-# Cloth hardly moves if its kinetic energy is less than this fraction of the work of scripts.
+# Cloth counts as hardly moving if its largest kinetic energy is less than this fraction of the work
+# of scripts.
 STILL = 1e-3
 
 # Width and height of a figure without its legend, and height of a row of the legend [inches].
@@ -95,7 +96,7 @@ def plot_steps(
 
 
 def _add_legend(figure: Any, axes: Any) -> None:
-    """Adds a legend below the axes, where it covers no curve, and makes the figure higher."""
+    """Adds a legend below the axes, where it covers no curve, and makes the figure taller."""
     series = len(axes.get_legend_handles_labels()[0])
     if series == 0:
         return
@@ -108,8 +109,8 @@ def _add_legend(figure: Any, axes: Any) -> None:
 def scale_of_gains(largest_kinetic: float, scripts: float) -> tuple[float, str]:
     """Returns the energy with which gains of energy are compared [J], and its name.
 
-    This is the largest kinetic energy. If cloth hardly moves while scripts press or stretch it, it
-    is their work.
+    It is the largest kinetic energy or, if cloth hardly moves while scripts press or stretch it,
+    the work of the scripts.
     """
     if largest_kinetic < STILL * abs(scripts):
         return abs(scripts), "work of scripts"

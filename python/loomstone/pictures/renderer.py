@@ -1,4 +1,4 @@
-"""The renderer of the core, completed by colour maps and legends."""
+"""The renderer of the core, with colour maps and legends."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class Renderer(_core.Renderer):
     ) -> NDArray[np.uint8]:
         """Renders a frame to (height x width x 3) bytes, beginning with the top row.
 
-        Each field in color_by adds one `options.height` to the height. With the background "none",
-        pictures are (height x width x 4), with alpha.
+        The height is `options.height` times the number of fields in color_by. With the background
+        "none", pictures are (height x width x 4), with alpha.
 
-        curves : drawn as tubes
+        curves : curves that are drawn as tubes
         value_ranges : (minimum, maximum) that automatic colours span, for each field in color_by;
             by default those of this frame
         """

@@ -148,7 +148,7 @@ def _areas(cloth: Cloth) -> str:
     if start / AREAS <= rest <= start * AREAS:
         return _texture(mesh)
     if _size(cloth) and start / AREAS <= 1e6 * rest <= start * AREAS:
-        return ""  # the mesh is in millimetres, which _size tells
+        return ""  # the mesh is in millimetres, which _size reports
     for unit, scale in SCALES.items():
         if start / AREAS <= scale**2 * rest <= start * AREAS:
             return (
@@ -163,7 +163,7 @@ def _areas(cloth: Cloth) -> str:
 
 
 def _texture(mesh: TriangleMesh) -> str:
-    """Returns a sentence if uv fill the unit square and so stretch the mesh at its start, or ""."""
+    """Returns a sentence if uv fill the unit square and stretch the mesh at its start, else ""."""
     uv = np.asarray(mesh.uv)
     if max(np.abs(uv.min(axis=0)).max(), np.abs(uv.max(axis=0) - 1.0).max()) > SQUARE:
         return ""
@@ -186,7 +186,7 @@ def _area(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> float:
 
 
 def _unit(cloth: Cloth, name: str) -> str:
-    """Returns a sentence if a parameter of the material seems to be in the wrong unit, or ""."""
+    """Returns a sentence if a parameter of the material seems to be in the wrong unit, else ""."""
     value, usual = getattr(cloth.material, name), USUAL[name]
     if value == 0.0 or usual.least <= value <= usual.most:
         return ""
@@ -214,7 +214,7 @@ def _limit(cloth: Cloth) -> str:
 
 
 def _first_pins(cloth: Cloth) -> str:
-    """Returns a sentence if pins jump to the places of their script in the first step, or ""."""
+    """Returns a sentence if pins jump in the first step to where their script begins, else ""."""
     if not cloth.script_times:
         return ""
     times, places = _script(cloth)
@@ -235,7 +235,7 @@ def _first_pins(cloth: Cloth) -> str:
 
 
 def _pins(cloth: Cloth) -> str:
-    """Returns a sentence if pins jump between two times of their script, or ""."""
+    """Returns a sentence if pins jump between two times of their script, else ""."""
     if len(cloth.script_times) < 2 or not cloth.pins:
         return ""
     times, places = _script(cloth)
@@ -252,7 +252,7 @@ def _pins(cloth: Cloth) -> str:
 
 
 def _pulled(cloth: Cloth) -> str:
-    """Returns a sentence if the script pulls adjacent pins apart, or ""."""
+    """Returns a sentence if the script pulls adjacent pins apart, else ""."""
     if not cloth.script_times or len(cloth.pins) < 2:
         return ""
     times, places = _script(cloth)

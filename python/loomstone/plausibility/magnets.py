@@ -91,7 +91,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns a magnet's surface in the frame of its carrier; None if it has none, like dipoles.
+    """Returns a magnet's surface in the frame of its carrier; None without one, as for dipoles.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

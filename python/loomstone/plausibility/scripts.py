@@ -12,12 +12,12 @@ __all__ = ["of_scripts"]
 
 Floats = NDArray[np.float64]
 
-# Times that are whole numbers and reach one of these values [s] look like numbers of frames. Both
-# are our choice. The first, a second of film, applies to three or more times. The second applies to
+# Times that are whole numbers and reach one of these values [s] look like frame numbers. Both are
+# our choice. The first, one second of film, applies to three or more times. The second applies to
 # one or two times, because a slow motion between two times may well take half a minute.
 FRAMES = 24.0
 FRAMES_OF_TWO = 100.0
-# Half a turn, the most between two keyframes, and a full turn [rad], with room for rounding.
+# Half a turn (the largest between two keyframes) and a full turn [rad], with room for rounding.
 HALF_TURN = np.pi * (1.0 + 1e-6)
 FULL_TURN = 2.0 * HALF_TURN
 
@@ -34,7 +34,7 @@ def of_scripts(scene: Scene) -> list[str]:
 
 
 def _frames(name: str, given: list[float]) -> str:
-    """Returns a sentence if times look like numbers of frames, or ""."""
+    """Returns a sentence if times look like frame numbers, else ""."""
     times = np.asarray(given, float)
     if not _whole(times) or times.max(initial=0.0) < (FRAMES if len(times) > 2 else FRAMES_OF_TWO):
         return ""
@@ -45,7 +45,7 @@ def _frames(name: str, given: list[float]) -> str:
 
 
 def _degrees(obstacle: Obstacle) -> str:
-    """Returns a sentence if angles look like degrees or turn too far between keyframes, or ""."""
+    """Returns a sentence if angles look like degrees or too large between keyframes, else ""."""
     angles = np.asarray(obstacle.axis_angles, float)
     if not len(angles):
         return ""
@@ -55,8 +55,8 @@ def _degrees(obstacle: Obstacle) -> str:
             f"its axis_angles reach {largest:.4g} rad; if {largest:.4g} degrees are meant, give"
             " np.radians(axis_angles)"
         )
-    # Rotation vectors of several programs jump by a full turn where they reach a half or full one.
-    # Angles of at most a full turn are therefore accepted for three keyframes or more.
+    # Rotation vectors of some programs jump by a full turn when they reach half a turn or a full
+    # turn. Angles of at most a full turn are therefore accepted for three keyframes or more.
     if len(angles) > 2 and largest <= FULL_TURN:
         return ""
     turned = np.linalg.norm(np.diff(angles, axis=0), axis=1)

@@ -25,12 +25,12 @@ MOST_TESTED = 1000
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface at its place at the start.
+    """A surface and the positions of its vertices at the start of a scene.
 
-    name : its name in messages
-    mesh : its mesh, whose vertices are in its own frame
-    points : (n x 3) places of the vertices [m]
-    free : whether it is a rigid body, and not an obstacle
+    name : name in messages
+    mesh : mesh with vertices in the surface's own frame
+    points : (n x 3) positions of the vertices at the start [m]
+    free : True for a rigid body, False for an obstacle
     """
 
     name: str
@@ -39,7 +39,7 @@ class Surface:
     free: bool
 
     def placed(self, local: Floats) -> Floats:
-        """Returns the positions (k x 3) [m] of points (k x 3) in the frame of the mesh.
+        """Returns the world positions (k x 3) [m] of points (k x 3) given in the frame of the mesh.
 
         The rotation is the best fit (Kabsch), which is exact for a surface that does not deform.
         """
@@ -70,8 +70,8 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
     """Returns the pairs of overlapping surfaces in which at least one surface moves freely.
 
-    Two surfaces overlap if they intersect even after SHRINKAGE, or if a closed one contains the
-    other.
+    Two surfaces overlap if they intersect both as they are and shrunk by SHRINKAGE, or if a closed
+    one contains the other.
     """
     if not any(surface.free for surface in surfaces):
         return []

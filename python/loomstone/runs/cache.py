@@ -119,7 +119,7 @@ class Run:
 
     @property
     def body_vertices(self) -> Stacked:
-        """(frames x nb x 3) vertices of rigid bodies and obstacles [m]."""
+        """(frames x nb x 3) positions of the vertices of rigid bodies and obstacles [m]."""
         return Stacked(self, "body_vertices")
 
     @property
@@ -174,10 +174,10 @@ class Run:
         return read_scene(self.directory)
 
     def magnetic_scene(self) -> Scene | None:
-        """Returns the bodies, obstacles, magnets, coils, bearings and magnetic field of the scene.
+        """Returns a Scene of the bodies, obstacles, magnets, coils, bearings and magnetic field.
 
         The result is None if there are neither magnets nor coils. It is read from stored numbers,
-        so no program of the run is executed. Obstacles are at rest. Raises CacheError if these
+        so no program of the run is executed. Obstacles are at rest. Raises CacheError if the
         numbers are damaged.
         """
         record = self.metadata.get("magnetic_scene")

@@ -189,7 +189,7 @@ class _Course:
         self._unsaved = False
 
     def _stop_where_saved(self, number: int) -> None:
-        """Raises Interrupted if the current state is saved, or if waiting for that takes too long.
+        """Raises Interrupted if the current state is saved, or LONGEST_WAIT after the signal.
 
         In the second case, resuming repeats the steps after the last checkpoint.
         """

@@ -49,7 +49,7 @@ def told_of_part_frame(duration: float, rate: float) -> str:
 
 
 def warn_of_part_frame(duration: float, rate: float, stacklevel: int = 1) -> None:
-    """Warns with SceneWarning if a duration is no whole number of frames.
+    """Warns with SceneWarning if a duration is not a whole number of frames.
 
     stacklevel : 1 if the line to blame is in the caller of this function, 2 if it is in the
         caller's caller, and so on

@@ -58,7 +58,7 @@ class _Speaker:
     def __init__(self, sentence: str) -> None:
         self._shell: subprocess.Popen[bytes] | None = None
         with suppress(OSError):  # a container may have no shell
-            # In a session of its own, the shell outlives a signal to the process group of the run.
+            # A shell in a separate session survives a signal to the process group of the run.
             self._shell = subprocess.Popen(
                 ["/bin/sh", "-c", _SHELL, sentence],
                 stdin=subprocess.PIPE,
@@ -71,7 +71,7 @@ class _Speaker:
         self._before: int | None = None
         with suppress(ValueError):  # only the main thread may call set_wakeup_fd()
             self._before = signal.set_wakeup_fd(self._noted, warn_on_full_buffer=False)
-        # The main thread may wait for a dead rank and never handle the signal, so a thread listens.
+        # The main thread may wait for a dead rank and never handle signals, so another one listens.
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:

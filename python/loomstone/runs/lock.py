@@ -1,8 +1,8 @@
 """A lock on a directory, so that only one process at a time writes the run in it.
 
 The lock is that of flock(2) on a hidden file. The system releases it when the process ends, even by
-SIGKILL, after which only the file remains and hinders nobody. File systems without locks exist;
-there, nothing prevents two processes from writing the same run.
+SIGKILL; the file may then remain, without effect. On file systems without locks, nothing prevents
+two processes from writing the same run.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _NAME = ".lock"  # hidden, so that a directory with this file alone counts as em
 
 
 class DirectoryLock:
-    """A lock on a directory that take() takes, and that the end of a `with` block releases.
+    """A lock on a directory. take() takes it, and the end of a `with` block releases it.
 
     Processes that are forked from this one do not hold the lock.
 
@@ -50,7 +50,7 @@ class DirectoryLock:
         return [] if self._descriptor is None else [self._descriptor]
 
     def take(self, *, wait: bool = False) -> None:
-        """Takes the lock, unless this object has it or the directory has no place for its file.
+        """Takes the lock, unless this object has it or its file cannot be created or locked.
 
         Raises CacheError if another process has the lock; with `wait`, waits until it is free.
         """
@@ -95,7 +95,7 @@ class DirectoryLock:
 
 
 def check_unlocked(directory: Path) -> None:
-    """Raises CacheError if a process writes the run in a directory. Writes nothing."""
+    """Raises CacheError if a process is writing the run in a directory. Writes nothing."""
     try:
         descriptor = os.open(directory / _NAME, os.O_RDONLY)
     except OSError:
@@ -109,7 +109,8 @@ def check_unlocked(directory: Path) -> None:
 def _lock(descriptor: int, kind: int, directory: Path, *, wait: bool) -> bool:
     """Locks an open file; returns False if the file system has no locks.
 
-    Raises CacheError, which names the process that has the lock, unless `wait` is given.
+    If another process has the lock, waits if `wait` is True, or else raises a CacheError that names
+    the process.
     """
     try:
         fcntl.flock(descriptor, kind if wait else kind | fcntl.LOCK_NB)

@@ -1,6 +1,6 @@
 """Magnets and coils of a scene as plain data, from which field lines are drawn.
 
-The record contains only values that JSON has. Reading it runs no code of the scene file.
+The record contains only values that JSON can represent. Reading it runs no code of the scene file.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Options of a run."""
+"""Options with which simulations are run."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ __all__ = ["RunOptions"]
 @takes(duration="s", rate="1/s")
 @dataclass(frozen=True)
 class RunOptions:
-    """Options of a run.
+    """Length of a run, and what is written, drawn and checked.
 
     duration : simulated time [s]
     rate : frames per second of simulated time [1/s]
     render : options of the pictures; None: no pictures. They are drawn during the run, or at its
         end if their colours or a fitted camera depend on all frames.
     verify : whether the intersections of every frame are counted exactly
-    record_tasks : n, if the motion of surfaces in every n-th step is recorded for `loomstone
-        replay`; 0: none is recorded
+    record_tasks : n, to record the motion of surfaces in every n-th step for `loomstone replay`; 0,
+        to record none
     compression : level of the compression of frames, 0 (none) to 9 (deflate); a resumed run keeps
         the level with which it began. docs/cache.md gives its cost.
     """

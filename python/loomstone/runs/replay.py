@@ -37,8 +37,8 @@ class Network:
     """Model of the network between ranks.
 
     latency : time that a message takes in addition to its size / bandwidth [s]
-    bandwidth : [bytes/s]
-    overhead : time on the processor to send, to receive or to look for a message [s]
+    bandwidth : data rate between two ranks [bytes/s]
+    overhead : processor time to send, receive or poll for a message [s]
     poll_interval : time between two polls of a rank that has work [s]
     """
 
@@ -118,12 +118,12 @@ def replay(
 ) -> list[Prediction]:
     """Predicts the time of the recorded searches of a run.
 
-    The tests of static and dynamic searches are measured again for every number of ranks, because
-    the partitions depend on it. Dynamic searches start from the costs of an earlier step. The lists
-    of predicted searches are measured once. They are shared among the ranks according to their
-    costs in the preceding step. Earlier steps are assumed to have had the motion of the recorded
-    one. The time in which ranks update bounding volumes or search for new pairs of clusters does
-    not count.
+    The tests of the decompositions "static" and "dynamic" are measured again for every number of
+    ranks, because the partitions depend on it. With "dynamic", the tests with which ranks start
+    are divided by their costs in an earlier step. The neighbour lists of "predicted" are measured
+    once, and are divided among the ranks by their costs in the preceding step. Earlier steps are
+    assumed to have the same motion as the recorded step. The time in which ranks update bounding
+    volumes or search for new pairs of clusters does not count.
 
     observer : receives the path of each motion before it is measured
 

@@ -125,9 +125,9 @@ class SceneFile:
 
     @contextmanager
     def _located(self) -> Iterator[None]:
-        """Runs code of the scene file in its directory.
+        """Runs the code of a `with` block, which calls the scene file, in the file's directory.
 
-        Errors in it become an InvalidInput that names their line in the scene file, if any.
+        An error becomes an InvalidInput that names the line of the scene file, if there is one.
         AssertionError and errors of loomstone other than InvalidInput stay unchanged.
         """
         try:

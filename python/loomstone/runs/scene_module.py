@@ -19,7 +19,7 @@ from ..base.cautions import SceneWarning
 
 __all__ = ["absolute_files", "execute_module", "in_directory_of"]
 
-# The working directory belongs to the process, so one thread changes it at a time.
+# All threads of a process share its working directory, so only one at a time may change it.
 _directory = threading.RLock()
 
 # The global names of a scene file that have a meaning.
@@ -38,7 +38,7 @@ ELSEWHERE = {
 def execute_module(path: Path, source: str) -> types.ModuleType:
     """Executes a scene file as a module that is registered in sys.modules, and returns it.
 
-    The directory of the file is put first in sys.path, so that the file can import modules beside
+    The directory of the file is put first in sys.path, so that the file can import modules from
     it. Warns with SceneWarning of globals that have no effect but resemble options.
     """
     directory = str(path.parent)
@@ -119,7 +119,7 @@ def _warn(sentence: str) -> None:
 
 
 def _assigned(tree: ast.Module) -> dict[str, int]:
-    """Returns the names of functions and variables at the top level of a module and their lines."""
+    """Returns the names and lines of functions and variables at the top level of a module."""
     names: dict[str, int] = {}
     for node in tree.body:
         targets: list[ast.expr] = []

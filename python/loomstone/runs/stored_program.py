@@ -1,7 +1,7 @@
 """The scene program that is stored in a run, and the rule that decides whether it may run.
 
-A run contains the source of its scene file, so a run from a stranger contains the program of the
-stranger. This program runs only if it equals the scene file at the stored path, or if the user
+A run contains the source of its scene file, so a run from a stranger contains that stranger's
+program. This program runs only if it equals the scene file at the stored path, or if the user
 trusts the run.
 """
 

@@ -1,4 +1,4 @@
-"""Scenes of runs that Python has started, stored as data so that another process can resume them.
+"""Scenes of runs that were started from Python, stored as data to let another process resume them.
 
 The file scene.npz holds the descriptions as JSON, and their arrays. Reading it executes no code
 from the file: only descriptions, meshes and magnetic sources of loomstone are made from it.
@@ -26,12 +26,12 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def begun_in_python(metadata: dict[str, Any]) -> bool:
-    """Returns whether the metadata are those of a run by Simulation.run."""
+    """Returns whether the metadata are those of a run made by Simulation.run."""
     return "loomstone" in metadata and "scene_file" not in metadata
 
 
 class StoredScene:
-    """The scene of a run that Python has started. It takes the place of a SceneFile."""
+    """The scene of a run that was started from Python. It takes the place of a SceneFile."""
 
     def __init__(self, directory: Path, metadata: dict[str, Any]) -> None:
         """Raises CacheError if the run cannot be resumed from its stored scene."""
@@ -49,7 +49,7 @@ class StoredScene:
         self.control: Callable[[Any], None] | None = None
 
     def scene(self) -> Scene:
-        """Returns the scene."""
+        """Returns the stored scene."""
         return self._scene
 
 
@@ -94,7 +94,7 @@ def read_scene(directory: Path) -> Scene:
 
 
 def _encoded(value: Any, arrays: Arrays) -> Any:
-    """Returns a value for JSON. Arrays are put into `arrays`; the result contains their names."""
+    """Returns the JSON form of a value. Its arrays are put into `arrays` and replaced by names."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray):
@@ -108,14 +108,14 @@ def _encoded(value: Any, arrays: Arrays) -> Any:
     if isinstance(value, (MagneticBody, SoftBody)):
         state = value.__getstate__()
         return {"source": type(value).__name__, "state": _encoded(state, arrays)}
-    # A fabric is a material with more attributes, which the simulation does not use.
+    # A Fabric is stored as a ClothMaterial, because the simulation does not use its other data.
     kind = next(each for each in type(value).__mro__ if each.__name__ in _DESCRIPTIONS)
     fields = {name: _encoded(getattr(value, name), arrays) for name in value.field_names}
     return {"description": kind.__name__, "fields": fields}
 
 
 def _decoded(value: Any, arrays: Arrays) -> Any:
-    """Returns the value that was encoded; raises an error, such as KeyError, if it is damaged."""
+    """Restores a value from its encoded form; damaged forms raise errors such as KeyError."""
     if not isinstance(value, dict):
         return value
     if "array" in value:

@@ -96,7 +96,7 @@ MOST_BROKEN = 20  # largest number of rows per step in the table BROKEN
 def append_rows(
     path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]
 ) -> None:
-    """Appends the rows of a step. Triangle numbers count cloth first, then bodies and obstacles."""
+    """Appends rows of a step. Triangles of cloth are numbered first, then bodies and obstacles."""
     new = not path.exists()
     with path.open("a", newline="") as file:
         table = csv.writer(file)
@@ -106,7 +106,7 @@ def append_rows(
 
 
 def keep_rows(path: Path, until_step: int) -> None:
-    """Removes incomplete rows and those of steps after `until_step`, and a file without rows."""
+    """Removes incomplete rows and rows of steps after `until_step`. Deletes a file without rows."""
     if not path.exists():
         return
     with path.open(newline="") as file:

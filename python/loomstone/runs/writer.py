@@ -199,11 +199,11 @@ def open_writer(
     overwrite: bool,
     following: int,
 ) -> NoWriter:
-    """Returns the writer of a run with the next frame `following`; a NoWriter except on rank 0.
+    """Returns the writer of a run; on ranks other than 0, a NoWriter.
 
-    If metadata is None, an existing run is continued. Takes the lock of a new run. If pictures
-    cannot be drawn or the directory must not be used, an error is raised before anything is
-    written.
+    `following` is the index of the next frame. If metadata is None, an existing run is continued.
+    Takes the lock of a new run. If pictures cannot be drawn or the directory must not be used, an
+    error is raised before anything is written.
     """
     if simulation.rank != 0:
         return NoWriter()
@@ -240,7 +240,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 
 
 def check_room(directory: Path, overwrite: bool) -> None:
-    """Raises CacheError if a new run may not or cannot be written into a directory."""
+    """Raises CacheError if a new run must not or cannot be written into a directory."""
     there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
     if not os.access(there, os.W_OK):
         raise CacheError(

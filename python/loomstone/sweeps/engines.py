@@ -26,13 +26,13 @@ __all__ = ["Command", "on_dask", "on_this_machine"]
 
 @dataclass(frozen=True)
 class Command:
-    """How each point is run: arguments of `loomstone run`, and options of run and resume."""
+    """Arguments of `loomstone run` for all points, and options of both run and resume."""
 
     arguments: list[str]
     options: list[str]
 
     def of(self, point: Point) -> tuple[str, list[str], list[str]]:
-        """Returns the arguments of run_point. Paths are absolute, for any working directory."""
+        """Returns the arguments of run_point, with an absolute path of the point's directory."""
         values = [word for k, v in point.parameters.items() for word in ("-p", f"{k}={v!r}")]
         return str(point.directory.resolve()), [*self.arguments, *values], self.options
 

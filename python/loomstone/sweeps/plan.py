@@ -103,7 +103,10 @@ def _spaced(name: str, text: str) -> list[Any]:
 
 
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
-    """Returns a Point for each combination. Raises InvalidInput for too many or unfit values."""
+    """Returns a Point for each combination.
+
+    Raises InvalidInput for too many points, or for values that the scene does not accept.
+    """
     n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
     if n_points > MOST_POINTS:
         raise InvalidInput(
@@ -121,7 +124,7 @@ def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Poin
 
 
 def _directory_name(parameters: dict[str, Any]) -> str:
-    """Returns a name for these parameters, which does not depend on the other runs of a sweep.
+    """Returns a name for a run with these parameters, independent of other runs of the sweep.
 
     If characters are left out or the name is cut short, a hash of the parameters is appended.
 
@@ -141,8 +144,8 @@ def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
 
     Raises CacheError if it has runs with other settings, or files that no sweep has written.
 
-    settings : what all runs have in common, as JSON; kept in sweep.json
-    besides : name of a file that may be there before, that of a Dask scheduler
+    settings : what all runs have in common, stored as JSON in sweep.json
+    besides : name of a file that may already be in the directory: the file of a Dask scheduler
     """
     note, before = out / "sweep.json", settings
     temporary = note.with_suffix(".new")

@@ -1,4 +1,4 @@
-"""Runs one combination of parameters in a process of its own."""
+"""Runs one combination of parameters in a separate process."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def run_point(
     options : those of both `loomstone run` and `loomstone resume`
     watch : function called with the process when it has started
 
-    The output is appended to log.txt. A process holds a lock on the directory while it runs, even
-    if the worker that started it is killed. Another worker waits until the lock is free.
+    The output is appended to log.txt. The process of the run holds a lock on the directory until it
+    ends, even if the worker that started it is killed. Another worker waits for the lock.
     """
     place = Path(directory)
     place.mkdir(parents=True, exist_ok=True)

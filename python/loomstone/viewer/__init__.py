@@ -1,7 +1,7 @@
 """A web page that plays a run, or shows a running simulation that reacts to the mouse.
 
 By default, viser serves the page only to browsers on this machine. To watch from another machine,
-forward the port there: `ssh -L 8080:localhost:8080 HOST`.
+forward the port to it: run `ssh -L 8080:localhost:8080 HOST` there, where HOST is this machine.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def live(
 
     On the page, the left mouse button pulls cloth, rigid bodies and obstacles. Cloth and rigid
     bodies are pulled by a force, and collisions and strain limits act as always. Obstacles follow
-    the mouse, except floors and obstacles that deform. Simulated time keeps up with real time where
+    the mouse, except floors and obstacles that deform. Simulated time keeps up with real time if
     the machine is fast enough.
 
     integrator, threads : as in Simulation

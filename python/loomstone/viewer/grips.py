@@ -162,4 +162,4 @@ class ObstacleGrip:
         sim.set_obstacle_pose(self.obstacle, self._place, self._orientation)
 
     def release(self, sim: Simulation) -> None:
-        """The obstacle stays where it is."""
+        """Does nothing: the obstacle stays where it is."""

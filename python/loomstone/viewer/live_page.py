@@ -90,7 +90,7 @@ class Live:
     def rates(self) -> tuple[float, float]:
         """Returns the pictures per second [1/s] and the ratio of simulated to elapsed time [1].
 
-        Both are means over the last pictures, up to 10 s, and 0 for fewer than two pictures.
+        Both are means over the pictures of the last 10 s, and 0 for fewer than two pictures.
         """
         pictures = list(self._pictures)
         if len(pictures) < 2:

@@ -14,7 +14,7 @@ __all__ = ["Player"]
 
 # Largest number of pictures shown per second while a run plays [1/s].
 _RATE = 30.0
-# Interval at which the page looks for new frames of a run in progress [s].
+# Interval at which the page checks for new frames of a run in progress [s].
 _LOOK = 1.0
 
 

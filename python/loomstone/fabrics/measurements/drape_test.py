@@ -69,8 +69,8 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    # Rings of clamped vertices fill the disc. Only those next to its edge affect the drape, so the
-    # others become coarser towards the centre.
+    # Rings of clamped vertices fill the disc. Only the rings next to its edge affect the drape, so
+    # vertices become sparser towards the centre.
     while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
         spacing *= 1.4
@@ -85,7 +85,7 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
 
     # By Euler's formula, the number of triangles is twice the number of interior points plus the
     # number of outline points, up to a constant. relaxed() counts the clamped points as outline
-    # points, so the number of triangles that it receives is reduced by the number of these points.
+    # points, so the number of triangles passed to it is reduced by the number of clamped points.
     fixed = np.concatenate([outline, held])
     return relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
 
@@ -169,8 +169,8 @@ def shadow(
 ) -> tuple[NDArray[np.bool_], Floats, float]:
     """Returns the pixels whose centres are covered by triangles, as seen from above.
 
-    The first result is an array of flags with indices along x and y. The others are the position of
-    the array's lower corner [m] and the side of a pixel [m].
+    The first result is an array of flags with indices along x and y. The second is the position
+    (x, y) of the array's lower corner [m], and the third is the side of a pixel [m].
     """
     xy = positions[:, :2] / pixel
     low = np.floor(xy.min(0)) - 1

@@ -147,8 +147,8 @@ def report_fabrics(
     done : function called with the report on each fabric when it is complete
 
     Raises InvalidInput for an unknown fabric or a number out of range, CacheError if `out` cannot
-    be made or drape.png cannot be written, and Unsupported if `out` is given and matplotlib is
-    missing.
+    be created or a file in it cannot be written, and Unsupported if `out` is given and matplotlib
+    is missing.
     """
     chosen: Mapping[str, Fabric] = {
         name: catalogue[name] for name in (catalogue if names is None else names)

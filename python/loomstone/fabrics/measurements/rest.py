@@ -48,9 +48,9 @@ def bring_to_rest(
 ) -> Rest:
     """Advances until the kinetic energy and the displacement of every vertex stay small.
 
-    Otherwise, the first step that reaches `longest` is the last one.
+    If they do not become small, the first step that reaches `longest` is the last one.
 
-    longest : simulated time of this call at which it ends [s]
+    longest : simulated time after which this call ends in any case [s]
     ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
     drift : displacement of a vertex allowed over a window [m]
     window : length of a window [s]; extended to three steps if it is shorter
