@@ -50,10 +50,9 @@ def sequence(
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures
 
-    All frames are kept in memory, with 24 bytes per vertex and frame. Raises CacheError if a file
-    cannot be read or no file matches the pattern. Raises InvalidInput for fewer than two frames,
-    for frames that differ in their triangles or vertex count, and if the file has no times and
-    `rate` is not given.
+    All frames are kept in memory (24 bytes per vertex and frame). Raises CacheError if a file
+    cannot be read or none matches the pattern, and InvalidInput for fewer than two frames, frames
+    that differ in triangles or vertex count, and a file without times if `rate` is not given.
 
     >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP

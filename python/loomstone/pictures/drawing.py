@@ -51,9 +51,8 @@ def render_run(
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of the frames to draw, even if they have pictures; None: all frames without a
-        picture. With indices, `out` defaults to the run's directory, and must not have pictures of
-        a whole run.
+    frames : indices of the frames to draw, even if they have pictures; None: those without. With
+        indices, `out` defaults to the run's directory, and must not have pictures of a whole run.
     jobs : number of processes, 0: one per processor
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
@@ -61,9 +60,8 @@ def render_run(
     stop : function called before every picture if jobs=1; drawing ends if it returns True
     simulation : the run's simulation, for field lines; None: made from the stored magnets
 
-    A fitted camera shows the surfaces of all drawn frames. If the whole run has been drawn with the
-    same options, single frames use the camera of its pictures. Automatic colours span the values of
-    all frames of the run.
+    A fitted camera shows the surfaces of all drawn frames. If the whole run has been drawn with
+    equal options, single frames use its camera. Automatic colours span the values of all frames.
     """
     check_frames(run, frames)
     shown = framed(run, options, frames)
