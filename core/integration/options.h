@@ -69,7 +69,8 @@ struct IntegratorCommon {
 struct ExplicitOptions : IntegratorCommon {
   static auto fields() {
     return std::make_tuple(field("step", &ExplicitOptions::step, "s", positive(),
-                                 "time step; auto: half the limit of stability at the start"));
+                                 "time step; auto: half the stable step at the start, divided if "
+                                 "cloth becomes so stiff that it would be unstable"));
   }
 };
 

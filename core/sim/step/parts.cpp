@@ -81,9 +81,11 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
   // Largest length of an automatic step in which contacts created too much energy [s]; 0: none.
   double settled = 0.0;
   while (true) {
-    if (!steps.automatic)
-      bisection.shorten(
-          expected_part(context_of(span, bisection.part(), steps, state), state, engines));
+    if (!steps.automatic) {
+      const StepContext next = context_of(span, bisection.part(), steps, state);
+      bisection.shorten(steps.stable > 0.0 ? stable_part(next, steps, state.cloth.x, engines)
+                                           : expected_part(next, state, engines));
+    }
     const StepPart part = bisection.part();
     const OutcomeMark start = mark(outcome);
     StepContext context = context_of(span, part, steps, state);

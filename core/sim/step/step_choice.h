@@ -4,16 +4,27 @@
 #include "core/integration/options.h"
 #include "core/sim/model/model.h"
 #include "core/sim/model/state.h"
+#include "core/sim/step/engines.h"
+#include "core/sim/step/step_context.h"
 
 namespace loomstone {
 
 struct StepChoice {
   double largest = 0.0;    // length of steps; if automatic, the largest length [s]
   bool automatic = false;  // true: error, dissipation and contacts may shorten steps
+  // Stable step at the start if an explicit scheme takes automatic steps, 0 otherwise [s].
+  double stable = 0.0;
 };
 
 // Chooses the lengths of steps for the given options and the state at the start. Throws
 // InvalidInput if the step of an implicit scheme is "auto" but its accuracy is not given.
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
+
+// Returns the length at which an explicit scheme is stable in `part`, in 64ths of the step (see
+// StepPart), at most that of the part. If a St. Venant-Kirchhoff membrane is stretched to L times
+// its length, its tangent stiffness is (3 L^2 - 1) / 2 times that at rest. x (n x 3) are the
+// positions at the start of the part [m], and steps.stable must be positive. Collective.
+int stable_part(const StepContext& part, const StepChoice& steps, const Points& x,
+                const Engines& engines);
 
 }  // namespace loomstone

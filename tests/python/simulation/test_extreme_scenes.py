@@ -1,5 +1,5 @@
 """Tests of pins that jump, heavy bodies, heaps of cloth, a tight sleeve, a wrung tube, a pushed
-ribbon, and magnets that clamp cloth.
+ribbon, a sheet pulled to three times its length, and magnets that clamp cloth.
 """
 
 from typing import Literal
@@ -307,3 +307,24 @@ def test_a_vertex_away_from_its_point_on_a_body_is_not_thrown_back_in_short_step
         # Without viscosity, the vertex would come back at 13 m/s. The elastic energy of the
         # displaced corner is enough for a fifteenth of this speed.
         assert np.linalg.norm(sim.velocities, axis=1).max() < 2.0
+
+
+def test_automatic_explicit_steps_follow_the_stiffness_of_stretched_cloth() -> None:
+    # At a stretch of 3, a membrane is 13 times as stiff as at rest, and stable steps are 3.6 times
+    # shorter. The automatic step is half the stable step at rest.
+    mesh = ls.grid(size=(0.3, 0.3), cells=(8, 8))
+    vertices = np.asarray(mesh.vertices)
+    pins = np.flatnonzero(np.abs(vertices[:, 0]) > 0.1499)
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh, pins=pins)], gravity=(0.0, 0.0, 0.0))
+    sim = ls.Simulation(scene, integrator=ls.SymplecticEuler())
+    duration = 0.3
+    while sim.time < duration:
+        targets = vertices.copy()
+        targets[pins, 0] *= 1.0 + 2.0 * min(1.0, (sim.time + 1e-3) / duration)
+        sim.set_pin_targets(targets)
+        sim.step()
+    report = sim.report
+    assert report.strain.stretch == pytest.approx(3.0, rel=0.02)
+    assert report.parts == 3
+    assert report.energy.kinetic < 1e-3 * report.energy.membrane
+    assert report.account.scripts == pytest.approx(report.energy.membrane, rel=1e-3)
