@@ -34,9 +34,9 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
   return bodies;
 }
 
-// Moves the cloth to x1 and adds the displacement, divided by the length of the part, to its
-// velocities. Notes in `certified` whether any vertex moved.
-void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth,
+// Moves the cloth to x1 and adds the displacement, except corrections at rest, divided by the
+// length of the part, to its velocities. Notes in `certified` whether any vertex moved.
+void move_cloth(const StepContext& part, const Points& x1, const Points& at_rest, ClothState& cloth,
                 Certified& certified) {
   if (x1.topRows(cloth.x.rows()) == cloth.x) return;  // the usual case
   certified.moved = true;
@@ -44,6 +44,7 @@ void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth,
   for (Index i = 0; i < cloth.x.rows(); ++i) {
     if (x1.row(i) == cloth.x.row(i)) continue;
     cloth.v.row(i) += (x1.row(i) - cloth.x.row(i)) / part.h;
+    if (at_rest.rows() > 0) cloth.v.row(i) -= at_rest.row(i) / part.h;
     cloth.x.row(i) = x1.row(i);
   }
   cloth.restart_multistep();
@@ -140,15 +141,18 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
   const ClothState& solved = state.cloth;
-  inputs.energy = [&](const Points& at) -> ClothEnergy {
-    const Points x = at.topRows(n), v = solved.v + (x - solved.x) / part.h;
+  inputs.x = &solved.x, inputs.v = &solved.v;
+  inputs.energy = [&](const Points& at, const Points& at_rest) -> ClothEnergy {
+    const Points x = at.topRows(n);
+    Points v = solved.v + (x - solved.x) / part.h;
+    if (at_rest.rows() > 0) v -= at_rest / part.h;
     return {kinetic_energy(engines, v), potential_energy(engines, x)};
   };
   inputs.largest_kinetic = state.account.largest_kinetic;
   const ConstrainReport done = constrain(inputs, x1, bodies);
   Certified certified;
   certified.limited = done.limited;
-  move_cloth(part, x1, state.cloth, certified);
+  move_cloth(part, x1, done.at_rest, state.cloth, certified);
   move_bodies_with(part, bodies, state.rigid);
   for (const Index i : done.touched) outcome.contact[i] = 1;
   if (engines.collision && engines.contacts_in_solve) {

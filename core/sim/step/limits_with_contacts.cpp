@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -47,7 +48,11 @@ class Constraining {
       return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
     });
     if (!in_.collision) return report_;
-    if (in_.repelled) in_.collision->repel(motion(), *in_.repelled, in_.h, x1_, bodies_);
+    if (in_.repelled) {
+      const Points wanted = x1_;
+      in_.collision->repel(motion(), *in_.repelled, in_.h, x1_, bodies_);
+      withhold_at_rest(wanted);
+    }
     const bool limits_hold = in_.limiter && in_.limits_hold;
     if (limits_hold) give_up();
     certify();
@@ -103,7 +108,9 @@ class Constraining {
     LimitReport done = in_.limiter->enforce(*in_.team, in_.seed, held, x1_);
     bool taken_back = done.beyond > 0 && in_.limits_hold && take_back(wanted);
     if (x1_ != wanted) {
-      const ClothEnergy before = in_.energy(wanted), after = in_.energy(x1_);
+      const ClothEnergy before = in_.energy(wanted, report_.at_rest);
+      if (!in_.limits_in_solve) keep_kinetic_energy(wanted, held);
+      const ClothEnergy after = in_.energy(x1_, report_.at_rest);
       const double limited = before.total() - after.total();
       const double scale = std::max(in_.largest_kinetic, before.kinetic);
       if (in_.limits_in_solve && -limited > gained_by_sweeps * scale)
@@ -123,6 +130,54 @@ class Constraining {
     report_.limits.evaluations = evaluations;
     report_.limit_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  // Moves part of the corrections of a cloth to `at_rest` if all of them would increase its kinetic
+  // energy. Allows the increase up to the energy of a cloth that moves at the speed of its fastest
+  // vertex that sweeps do not move, because prescribed vertices pull cloth along. x1_ and `wanted`
+  // are the positions with and without the corrections.
+  void keep_kinetic_energy(const Points& wanted, const std::vector<Index>& held) {
+    const ClothModel& cloth = *in_.cloth;
+    Points& at_rest = report_.at_rest;
+    if (at_rest.rows() == 0) at_rest = Points::Zero(cloth.n_vertices, 3);
+    std::vector<std::uint8_t> unmoved(cloth.n_vertices, 0);
+    for (const Index i : held) unmoved[i] = 1;
+    for (std::size_t k = 0; k + 1 < cloth.first_vertex.size(); ++k) {
+      // If the fraction s of the corrections changes velocities, the kinetic energy is
+      // k0 + s b + s^2 c.
+      double mass = 0.0, speed = 0.0, k0 = 0.0, b = 0.0, c = 0.0;
+      for (Index i = cloth.first_vertex[k]; i < cloth.first_vertex[k + 1]; ++i) {
+        const double m = cloth.mass[i];
+        mass += m;
+        if (unmoved[i] || !((*in_.inverse_mass)[i] > 0.0)) {
+          speed = std::max(speed, (wanted.row(i) - in_.x0->row(i)).norm() / in_.h);
+          continue;
+        }
+        const Vec3 v =
+            (in_.v->row(i) + (wanted.row(i) - in_.x->row(i) - at_rest.row(i)) / in_.h).transpose();
+        const Vec3 dv = (x1_.row(i) - wanted.row(i)).transpose() / in_.h;
+        k0 += 0.5 * m * v.squaredNorm(), b += m * v.dot(dv), c += 0.5 * m * dv.squaredNorm();
+      }
+      const double most = std::max(k0, 0.5 * mass * speed * speed);
+      if (k0 + b + c <= most) continue;
+      const double share = (std::sqrt(b * b + 4.0 * c * (most - k0)) - b) / (2.0 * c);
+      for (Index i = cloth.first_vertex[k]; i < cloth.first_vertex[k + 1]; ++i)
+        at_rest.row(i) += (1.0 - std::clamp(share, 0.0, 1.0)) * (x1_.row(i) - wanted.row(i));
+    }
+  }
+
+  // Subtracts the motion from x1_ to `wanted`, which has been withheld, from the corrections in
+  // `at_rest`. Only what is withheld beyond these corrections changes velocities.
+  void withhold_at_rest(const Points& wanted) {
+    Points& at_rest = report_.at_rest;
+    for (Index i = 0; i < at_rest.rows(); ++i) {
+      if (x1_.row(i) == wanted.row(i)) continue;
+      const Vec3 withheld = (wanted.row(i) - x1_.row(i)).transpose();
+      if (withheld.norm() < at_rest.row(i).norm())
+        at_rest.row(i) -= withheld.transpose();
+      else
+        at_rest.row(i).setZero();
+    }
   }
 
   // Returns whether the limits are satisfied after limiting and no impulses change the positions.
@@ -188,6 +243,7 @@ class Constraining {
     report_.certified = std::move(done);
     for (Index i = 0; may_move && i < in_.cloth->n_vertices; ++i)
       if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
+    if (may_move) withhold_at_rest(target_);
     ++report_.rounds;
   }
 
@@ -265,6 +321,7 @@ class Constraining {
       back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
       report_.withheld_for_limits += (wanted.row(i) - x1_.row(i)).norm();
     }
+    withhold_at_rest(wanted);
     report_.certified.merge(back);
     report_.fallbacks += any;
     return any;

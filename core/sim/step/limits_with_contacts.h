@@ -41,8 +41,12 @@ struct ConstrainInputs {
   double h = 0.0;              // length of the part [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0 unless free cloth vertex [1/kg]
-  // Returns the energy of the cloth if the part ends at x1. Required with `limiter`.
-  std::function<ClothEnergy(const Points& x1)> energy;
+  // (cloth vertices x 3) positions [m] and velocities [m/s] after the solve. Required with
+  // `limiter`.
+  const Points *x = nullptr, *v = nullptr;
+  // Returns the energy of the cloth if the part ends at x1 and the corrections `at_rest` (see
+  // ConstrainReport) do not change velocities. Required with `limiter`.
+  std::function<ClothEnergy(const Points& x1, const Points& at_rest)> energy;
   double largest_kinetic = 0.0;  // largest kinetic energy so far [J]
 };
 
@@ -58,6 +62,10 @@ struct ConstrainReport {
   double requested = 0.0;  // sum of the distances that free vertices move before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limited = 0.0;              // energy that sweeps removed from cloth [J]
+  // (cloth vertices x 3) Corrections by sweeps that do not change velocities [m]; empty: none.
+  // Limits that act only after the solve may leave an excess, or scripts may force it. If sweeps
+  // remove it in one part, its length divided by that of the part is no velocity of the cloth.
+  Points at_rest;
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved
 };
