@@ -61,9 +61,9 @@ struct EventMotion {
   // not used. At the start of an interval of nested steps, only half a kick acts, but the rows
   // contain whole kicks.
   const Points& kicks;
-  // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
-  // the time from now to the next event, or 0 if an event is due now. The stored position of a
-  // vertex, or pose of a body, belongs to this event of its level.
+  // Times of nested steps [s]. For each level, `step` is the time between consecutive events, and
+  // `ahead` is the time from now to the next event, or 0 if an event is due now. The stored
+  // position of a vertex, or pose of a body, belongs to this event of its level.
   struct Levels {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
@@ -90,7 +90,7 @@ struct EventMotion {
   Vec3 kick(Index vertex) const {
     return ahead(vertex) == 0.0 ? Vec3(kicks.row(vertex).transpose()) : Vec3::Zero();
   }
-  // Time between two events of a vertex [s]; 0 if there is a queue of events.
+  // Time between consecutive events of a vertex [s]; 0 if there is a queue of events.
   double step(Index vertex) const { return levels ? levels->step[levels->of_vertex[vertex]] : 0.0; }
 };
 

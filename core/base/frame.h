@@ -29,7 +29,7 @@ struct FrameTopology {
   // (nb) Magnetic polarity: positive on the north side and negative on the south side of a magnet,
   // 0 away from magnets; see pole_at(). Empty without magnets.
   std::vector<double> body_pole;
-  std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none is given
+  std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none has a look
   // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty
   // if no body has a texture.
   Points2 body_corner_uv;

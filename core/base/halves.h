@@ -1,7 +1,7 @@
 // A SIMD vector in two halves, each of which is a native vector or itself a Halves. Arithmetic,
-// comparisons and bitwise operations behave like those of gcc's vector types. With registers of
-// four doubles, gcc 12 compares vectors of eight doubles element by element and moves them through
-// memory. Halves stay in registers.
+// comparisons and bitwise operations behave like those of gcc's vector types. If a register holds
+// only four doubles, gcc 12 compares vectors of eight doubles element by element and moves them
+// through memory. Halves stay in registers.
 #pragma once
 
 #include <type_traits>

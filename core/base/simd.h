@@ -18,8 +18,8 @@ typedef double QuarterLanes __attribute__((vector_size(2 * n_lanes)));
 using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
-// Vector of eight floats, for kernels that use the type Lanes for eight doubles. With AVX2 it fits
-// into one register.
+// FloatLanes<Lanes> is the vector of eight floats in a kernel whose vector of eight doubles is
+// Lanes. With AVX2, the eight floats fit into one register.
 typedef float Floats256 __attribute__((vector_size(4 * n_lanes)));
 typedef float HalfFloats __attribute__((vector_size(2 * n_lanes)));
 template <class Lanes>
@@ -40,8 +40,8 @@ void check_instruction_set();
 #define LOOMSTONE_SEVERAL_SETS 1
 #endif
 
-// Calls the variant of a kernel that is compiled for `instruction_set`, with (Lanes{},
-// arguments...).
+// Calls the variant of a kernel that is compiled for `instruction_set`. The kernel receives Lanes{}
+// and then the arguments.
 template <class Kernel>
 class Widest {
  public:

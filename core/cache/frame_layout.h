@@ -23,7 +23,7 @@ inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";
 inline const std::string group = "/loomstone";
 inline const std::string run_kind = "run", bodies_kind = "bodies";
 
-// Coil currents, one row per frame. Present only if the scene has coils.
+// Dataset of the coil currents, one row per frame. Present only if the scene has coils.
 inline const std::string currents = group + "/coil_currents";
 
 // Group with the looks (colours, roughness and textures) of the surfaces. Present only if a surface

@@ -10,7 +10,8 @@
 
 namespace loomstone::hdf5 {
 
-// Disables HDF5's error output during its lifetime. checked() turns errors into exceptions instead.
+// HDF5 prints no errors while an object of this type exists. checked() turns errors into exceptions
+// instead.
 struct Quiet {
   H5E_auto2_t print = nullptr;
   void* to = nullptr;

@@ -24,7 +24,7 @@ struct PolyDataField {
   int components = 1;
   std::string unit, meaning;
   const void* constant = nullptr;
-  // Value of the HDF5 attribute `Attribute`, for viewers: "TCoords", "Vectors"; empty: none.
+  // Value of the HDF5 attribute `Attribute`, for viewers, such as "TCoords"; empty: no attribute.
   std::string role = {};
 };
 
@@ -60,7 +60,7 @@ class PolyDataWriter {
  private:
   struct Table {  // one row per frame
     Hdf5Rows rows;
-    std::int64_t stride;  // row k has k * stride in every column (NumberOfParts: 1)
+    std::int64_t stride;  // row k contains k * stride in every column (NumberOfParts: 1)
     int columns;
   };
   struct Values {
@@ -97,14 +97,14 @@ class PolyDataReader {
   std::int64_t n_vertices() const { return n_vertices_; }
   const Triangles& triangles() const { return triangles_; }  // vertex of each corner
   const std::vector<double>& times() const { return times_; }
-  // Both functions read a constant field, for example "CellData/cloth". A field of indices may have
-  // more than `n_rows` rows; the first `n_rows` are returned. A field of numbers must have `n_rows`
-  // rows.
+  // constant_indices() and constant_numbers() read a constant field, for example "CellData/cloth".
+  // A field of indices must have at least `n_rows` rows, of which the first `n_rows` are returned.
+  // A field of numbers must have exactly `n_rows` rows. Otherwise, the functions throw CacheError.
   std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;
   Points positions(std::int64_t frame) const;
-  // Reads the values of a frame at the vertices or cells.
+  // These two functions read the values of `field` in a frame, at the vertices or at the cells.
   void read_at_vertices(const std::string& field, const RowFormat& format, std::int64_t frame,
                         void* values) const;
   void read_at_cells(const std::string& field, const RowFormat& format, std::int64_t frame,

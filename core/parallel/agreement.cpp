@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// python/loomstone/ranks.py uses the same numbers.
+// Numbers by which ranks tell each other the type of an error. python/loomstone/ranks.py uses the
+// same numbers.
 enum Kind : int { None, Other, Input, Solver, Cache, NotOffered, Step };
 
 Kind describe(const std::exception_ptr& failure, std::string& text) {

@@ -22,8 +22,8 @@ double BinnedSum::value() const {
     low = -low;
   }
   int exponent = bits_per_bin * (top_ - (n_bins - 1)) - 1074;
-  // Shifts the sum until it fits into 64 bits. The last bit is also set if a lost bit was set, so
-  // that the conversion to double rounds correctly.
+  // Shifts the sum to the right until it fits into 64 bits. The lowest bit is also set if a lost
+  // bit was set, so that the conversion to double rounds correctly.
   auto top = static_cast<std::uint64_t>(high >> 64);
   auto middle = static_cast<std::uint64_t>(high);
   while (top != 0 || middle != 0) {

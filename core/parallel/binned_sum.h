@@ -17,8 +17,8 @@ class BinnedSum {
   // Adds all numbers of another sum.
   void add(const BinnedSum& other);
   // Returns the sum. For n numbers of magnitude up to m, the error is at most n m 2^-95 plus one
-  // rounding. The result is NaN if a number is NaN or if infinities have different signs. It is
-  // infinite if the sum of finite numbers is beyond the range of double.
+  // rounding. The result is NaN if a number is NaN or if there are infinities of both signs.
+  // Otherwise, it is infinite if a number is infinite or if the sum is beyond the range of double.
   double value() const;
 
  private:

@@ -1,6 +1,6 @@
 // Communication between the ranks of one simulation. A single rank needs no MPI. Several ranks use
-// the MPI plug-in, which is loaded on demand. All communication is collective, except abort() and
-// the messages of a Mailbox.
+// the MPI plug-in, which is loaded on demand. All communication is collective, except exchanges
+// between neighbours, abort() and the messages of a Mailbox.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace loomstone {
 struct Traffic {
   double waiting = 0.0;         // time spent waiting for other ranks [s]
   std::int64_t bytes = 0;       // data that this rank sent or contributed [bytes]
-  std::int64_t operations = 0;  // collective operations and halo exchanges, except open_mailbox()
+  std::int64_t operations = 0;  // exchanges, and collective operations except open_mailbox()
 };
 
 class Communicator {
@@ -48,7 +48,7 @@ class Communicator {
   // receives all other bytes.
   virtual void start_gather(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
   // Sends the buffers in `to` and receives data into the buffers in `from`. The caller sets the
-  // sizes of both.
+  // sizes of all buffers, including those in `from`.
   virtual void start_exchange(const std::vector<Message>& to,
                               const std::vector<Message>& from) const = 0;
   // Replaces each of the n sums by its sum over all ranks.
@@ -69,8 +69,8 @@ class Communicator {
     finish();
   }
 
-  // Returns a new mailbox, whose messages are separate from those of all other mailboxes. The
-  // communicator must outlive it, and all ranks must destroy it together. Collective.
+  // Collective. Returns a new mailbox, whose messages are separate from those of all other
+  // mailboxes. The communicator must outlive the mailbox, and all ranks must destroy it together.
   virtual std::unique_ptr<Mailbox> open_mailbox() const {
     throw Unsupported("this communicator has no mailboxes; use that of MPI or of a single rank");
   }

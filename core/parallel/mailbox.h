@@ -15,7 +15,7 @@ class Mailbox {
   virtual int size() const = 0;
   // Sends a copy of the bytes and returns without waiting for the receiver.
   virtual void send(int to, const void* data, std::size_t bytes) = 0;
-  // If a message has arrived, copies it to `message` and returns true.
+  // If a message has arrived, copies it to `message` and returns true; otherwise returns false.
   virtual bool receive(std::vector<std::byte>& message) = 0;
   // Must be called at the start and the end of each period in which this rank waits for messages.
   virtual void begin_wait() {}

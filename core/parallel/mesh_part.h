@@ -1,6 +1,6 @@
 // Division of the elements of a mesh among ranks. A rank stores all elements that touch its rows,
-// because it computes their forces and stiffness. It also stores the triangles over which it sums
-// energies and errors.
+// because they contribute to the forces and to the matrix rows that it computes. It also stores the
+// triangles over which it sums energies and errors.
 #pragma once
 
 #include <vector>

@@ -43,8 +43,8 @@ void wait_for(std::vector<MPI_Request>& requests) {
     patience.wait();
 }
 
-// Marks the time between its construction and destruction as waiting for other ranks, and adds it
-// to the traffic of this rank.
+// Marks the time between its construction and destruction as waiting for other ranks, and adds
+// this time to the traffic of this rank.
 class Waiting {
  public:
   Waiting(const MpiWatch* watch, Traffic& traffic)

@@ -26,8 +26,8 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr int question_tag = 1, answer_tag = 2;
-// Limits of patience_, the longest time for which a watch waits for missing answers. This time is
-// doubled if a lower rank has exceeded the time-out, too. Our choice.
+// Limits of patience_, the longest time for which a watch waits for answers to its roll call. This
+// time is doubled if a lower rank has exceeded the time-out, too. Our choice.
 constexpr Seconds shortest_patience{1.0}, longest_patience{10.0};
 constexpr Seconds longest_tick{0.05};
 // MPI_Abort itself may not return. It may wait for an unreachable host or, in MPICH, for the thread
@@ -142,8 +142,8 @@ class MpiWatch::Thread {
     }
   }
 
-  // Asks all ranks what they do and collects their answers. Aborts all ranks if this rank is then
-  // still in the same wait.
+  // Asks all other ranks what they do and collects their answers. Aborts all ranks if this rank is
+  // then still in the same wait.
   void call_roll() {
     const std::int64_t since = changed_;
     const auto same_wait = [&] { return waiting_ && changed_ == since; };
@@ -244,7 +244,7 @@ class MpiWatch::Thread {
   std::vector<char> hosts_;  // host names, host_length bytes per rank, zero-terminated
   std::list<Sent> sent_;
   std::atomic<bool> waiting_{false};
-  std::atomic<std::int64_t> changed_;  // start or end of the last wait [ticks of Clock]
+  std::atomic<std::int64_t> changed_;  // latest start or end of a wait [ticks of Clock]
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopped_ = false;

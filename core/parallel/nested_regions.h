@@ -1,5 +1,5 @@
-// Makes OpenMP parallel regions, for example those of other libraries, run on one thread during the
-// lifetime of an object.
+// While a NoNestedRegions object exists, OpenMP parallel regions, for example those of other
+// libraries, run on one thread.
 #pragma once
 
 namespace loomstone {

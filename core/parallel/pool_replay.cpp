@@ -28,7 +28,7 @@ double exchange_seconds(int n_ranks, double bytes, const Network& network) {
          bytes / network.bandwidth;
 }
 
-// Adds the time of the final exchange, in which all ranks receive all results.
+// Adds to the report the time of the final exchange, in which all ranks receive all results.
 void add_exchange(int n_ranks, std::size_t result_bytes, const Network& network,
                   ReplayReport& report) {
   report.exchange = exchange_seconds(n_ranks, static_cast<double>(result_bytes), network);
@@ -53,7 +53,7 @@ struct Message {
   TestNumbers tests = {};
 };
 
-// State of a simulated rank. The rules are those of TaskPool.
+// State of a simulated rank. Simulated ranks follow the rules of TaskPool.
 struct Rank {
   Rank(int rank, int size) : termination(rank, size), victim(rank) {}
 
@@ -216,7 +216,7 @@ class Simulated {
 
   double answer(int rank, int to, double time) {
     Rank& own = ranks_[rank];
-    const std::size_t kept = own.stack.empty() ? 1 : 0;  // the rank keeps its own next task
+    const std::size_t kept = own.stack.empty() ? 1 : 0;  // the rank keeps a task for itself
     if (own.pool.size() <= kept) {
       ++report_.refusals;
       return send(to, {0.0, PoolMessage::Refusal, rank}, time);

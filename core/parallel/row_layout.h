@@ -1,9 +1,10 @@
 // Assignment of rows to ranks. Every rank stores vectors of all rows in one fixed order, but
 // computes only the contiguous range of rows that it owns, and stores only the matrix rows of this
-// range and its elements (mesh_part.h). In asynchronous steps, every rank computes all rows. Rows
-// of other ranks are refreshed by exchanging halos (few rows) or by gathering (all rows). Unlike in
-// the common layout of owned rows followed by ghost rows, row numbers are the same on all ranks.
-// Collision handling needs every position on every rank, so vectors must have full length anyway.
+// range and the elements of one MeshPart (mesh_part.h). In asynchronous steps, every rank computes
+// all rows. Rows of other ranks are refreshed by exchanging halos (few rows) or by gathering (all
+// rows). Unlike in the common layout of owned rows followed by ghost rows, row numbers are the same
+// on all ranks. Collision handling needs every position on every rank, so vectors must have full
+// length anyway.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,8 @@
 
 namespace loomstone {
 
-// Rows to send to and to receive from each neighbouring rank, in ascending order.
+// Rows to send to and to receive from each neighbouring rank. Each list of rows is in ascending
+// order.
 struct Halo {
   struct Neighbour {
     int rank;
@@ -48,7 +50,8 @@ class RowLayout {
   // of ranks.
   double sum(const std::vector<double>& block_sums) const;
 
-  // Refreshes halo rows of a row-major array with `stride` numbers per row.
+  // Refreshes halo rows of a row-major array with `stride` numbers per row from the ranks that own
+  // them. These ranks must call exchange() too.
   template <class Scalar>
   void exchange(const Halo& halo, Scalar* rows, Index stride) const;
 

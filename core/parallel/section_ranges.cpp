@@ -55,7 +55,8 @@ void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>&
   }
 }
 
-// Divides the sections of each group by `cut`, which gets the group and the costs of its pieces.
+// Divides the sections of each group by `cut`, which gets the group and the costs of its pieces and
+// returns the positions at which the group is cut.
 template <class Cut>
 SectionRanges ranges_of_groups(const std::vector<float>& costs, const SectionStarts& first,
                                Cut&& cut) {

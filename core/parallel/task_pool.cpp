@@ -203,7 +203,7 @@ void PoolRun::perform_task(int worker, Tests& stack) {
   busy_ += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
 }
 
-// Stores the current exception if it is the first one.
+// Stores the current exception if it is the first one on this rank.
 void PoolRun::note_failure() {
   const std::lock_guard lock(failing_);
   if (!failure_) failure_ = std::current_exception();

@@ -29,14 +29,14 @@ inline constexpr int most_threads = 1024;
 // Returns the number of processors available to this process.
 int available_processors();
 
-// Returns the number of threads in the environment variable OMP_NUM_THREADS (of a list, its first
-// number), or 0 if the variable is unset, invalid or outside [1, most_threads].
+// Returns the number of threads in the environment variable OMP_NUM_THREADS (the first number if it
+// is a list), or 0 if the variable is unset, invalid or outside [1, most_threads].
 int threads_in_environment();
 
 // Returns threads_in_environment() or, if it is 0, available_processors().
 int default_thread_count();
 
-// Returns the number of the calling thread in its parallel loop, 0 to threads - 1.
+// Returns the index of the calling thread in its parallel loop, 0 to threads - 1.
 int thread_number();
 
 // Throws Unsupported in a forked process if a loop ran on several threads before the fork, because

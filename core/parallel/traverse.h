@@ -13,7 +13,7 @@ namespace detail {
 
 template <class Entry, class Visit>
 struct Traversal {
-  // If a stack has more entries than this, its lowest `most` / 2 entries become a task.
+  // If a stack has more entries than this, the `most` / 2 entries at its bottom become a new task.
   static constexpr std::size_t most = 16;
 
   Visit& visit;
@@ -41,8 +41,9 @@ struct Traversal {
 }  // namespace detail
 
 // Calls visit(thread, entry, stack) for all `entries` and for all entries that visit() appends to
-// `stack`. With several threads, the order of the calls and the thread of each call differ from run
-// to run. Throws the first exception of visit(). Must not be nested.
+// `stack`. `thread` is the index of the calling thread. With several threads, the order and the
+// threads of the calls differ from run to run. Throws the first exception of visit(). Calls of
+// parallel_traverse() must not be nested.
 template <class Entry, class Visit>
 void parallel_traverse(const Team& team, std::vector<Entry> entries, Visit&& visit) {
   if (team.threads <= 1) {

@@ -35,15 +35,16 @@ class Bisection {
     const Index n = end - begin, n_blocks = (n + rows_per_block - 1) / rows_per_block;
     if (n_blocks <= 1) return breadth_first(begin, end);
     extract(begin, end);
-    // The wanted size of the first part is a multiple of the block size, so that block boundaries
-    // are close to the cuts of the bisection.
+    // The wanted size of the first part is a multiple of rows_per_block, so that cuts of the
+    // bisection are close to boundaries between blocks of rows.
     const Index target = n_blocks / 2 * rows_per_block;
     const Index middle = begin + bisect(begin, n, target);
     split(begin, middle);
     split(middle, end);
   }
 
-  // Extracts the subgraph of the vertices at positions [begin, end), with local numbers.
+  // Extracts the subgraph of the vertices at positions [begin, end). The local index of a vertex is
+  // its position minus `begin`.
   void extract(Index begin, Index end) {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = place - begin;
     sub_start_.assign(1, 0);
@@ -59,8 +60,9 @@ class Bisection {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = -1;
   }
 
-  // Bisects the extracted subgraph. Moves the vertices of the first part to the front and keeps the
-  // order within each part. Returns the size of the first part.
+  // Bisects the extracted subgraph, such that the first part has about `target` vertices. Moves
+  // these vertices to the front and keeps the order within each part. Returns the size of the first
+  // part.
   Index bisect(Index begin, Index n, Index target) {
     idx_t n_vertices = n, n_constraints = 1, n_parts = 2, cut = 0;
     std::array<real_t, 2> shares = {static_cast<real_t>(target) / n,
@@ -76,7 +78,7 @@ class Bisection {
                              nullptr, nullptr, nullptr, &n_parts, shares.data(), nullptr,
                              options.data(), &cut, part_.data());
     const Index first = n - std::accumulate(part_.begin(), part_.end(), Index{0});
-    if (first == 0 || first == n) return target;  // METIS found no cut; the order is kept
+    if (first == 0 || first == n) return target;  // METIS found no cut: keep the order
     moved_.clear();
     for (const idx_t side : {0, 1})
       for (Index i = 0; i < n; ++i)
@@ -109,8 +111,8 @@ class Bisection {
   }
 
   const Graph& graph_;
-  // (vertices) Local number in extract(), or 0 in breadth_first() until the vertex is visited; -1
-  // otherwise.
+  // (vertices) In extract(), the local index of each vertex of the subgraph. In breadth_first(), 0
+  // for each vertex of the range that is not yet visited. Otherwise -1.
   std::vector<Index> local_;
   std::vector<Index> order_, moved_;
   std::vector<idx_t> sub_start_, sub_adjacent_, part_;

@@ -1,5 +1,5 @@
-// Orders vertices by graph bisection, so that contiguous ranges of rows are compact patches with
-// short boundaries.
+// Orders vertices by graph bisection, so that contiguous ranges of the new order are compact
+// patches with short boundaries.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,8 @@ struct Graph {
 
 // Returns a permutation: entry i is the old index of the vertex with new index i. METIS bisects
 // recursively until each part has at most `rows_per_block` vertices, and each part is ordered
-// breadth-first. The result is deterministic and independent of threads and ranks.
+// breadth-first. The result is deterministic and does not depend on the numbers of threads and
+// ranks.
 std::vector<Index> bisection_order(const Graph& graph);
 
 }  // namespace loomstone

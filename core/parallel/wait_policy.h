@@ -6,7 +6,7 @@
 namespace loomstone {
 
 // Returns whether OMP_WAIT_POLICY is passive. Unless GOMP_SPINCOUNT is set, waiting threads then
-// sleep at once, and parallel loops take tens of microseconds longer.
+// sleep at once, and each parallel loop takes tens of microseconds longer.
 bool threads_sleep();
 
 }  // namespace loomstone
