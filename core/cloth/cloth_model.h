@@ -37,7 +37,7 @@ struct ClothModel {
   std::vector<Index> strain_limit_of;
   bool limited_by_edges = false;  // true: the limits of all cloths apply to edges, not to triangles
   std::vector<BendingPart> bending;
-  // (n x 3) Initial positions [m] (see BendingSetup); empty: no bending.
+  // (n x 3) Initial positions [m] (see BendingSetup::rest_positions); empty: no bending.
   RestPositions rest_positions;
   Vector mass;                           // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
@@ -50,7 +50,8 @@ struct ClothModel {
     const auto next = std::upper_bound(first_triangle.begin(), first_triangle.end(), triangle);
     return static_cast<Index>(next - first_triangle.begin()) - 1;
   }
-  // Returns the setup of the bending elements of a cloth. Vertex indices are those of all cloths.
+  // Returns the setup of the bending elements of one cloth. It contains the vertices of all cloths,
+  // but only the triangles of this one.
   BendingSetup setup_of(const BendingPart& part) const;
 
   std::size_t bytes() const {
@@ -64,11 +65,11 @@ struct ClothModel {
 Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 
-// Returns the rate at which strains beyond their limits may recover [1/s]. It is the smallest
-// sqrt(k / (2 m)) of all cloths, with the smaller of the moduli a11 and a22 as k and the mean mass
-// of a triangle as m: about the rate at which elastic forces alone would pull a triangle back.
-// Scripts may stretch triangles far beyond their limits. If such a triangle recovered within one
-// short part of a step, its vertices would get very large velocities.
+// Returns the rate at which strains beyond their limits may recover [1/s]; infinite if there is no
+// cloth. It is the smallest sqrt(k / (2 m)) of all cloths, with the smaller of the moduli a11 and
+// a22 as k and the mean mass of a triangle as m: about the rate at which elastic forces alone would
+// pull a triangle back. Scripts may stretch triangles far beyond their limits. If such a triangle
+// recovered within one short part of a step, its vertices would get very large velocities.
 double recovery_rate(const ClothModel& cloth);
 
 }  // namespace loomstone

@@ -10,15 +10,15 @@ struct ClothState {
   Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
   Points v;  // (n x 3) velocities [m/s]; written by the same stages as x
   // (rows of the solve x 3) Change of velocity in the last step [m/s]; written by linearised
-  // schemes. In rows of bodies it is scaled as in BodyRows. It predicts the slip of contacts and,
-  // without contacts, is the initial guess of the next solve.
+  // schemes. In rows of bodies, it is the unknown y of BodyRows instead. It predicts the slip of
+  // contacts and, without contacts, is the initial guess of the next solve.
   Points last_change;
   // Length of the step, or part of a step, that led to x and v [s]; 0 at the start and after the
   // user has set x or v. The stepper writes it.
   double previous_step = 0.0;
   // Expected length of the next step or part of a step [s]; 0: unknown. It follows from the error
-  // of the last step or part. In automatic steps, bounds on growth and dissipation limit it, too.
-  // The stepper writes it.
+  // of the last step or part. With automatic steps, further bounds apply, for example on growth and
+  // dissipation. The stepper writes it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because it created energy [s];
   // 0: none. Later steps grow faster until one of them has this length, or until their error or
@@ -30,7 +30,7 @@ struct ClothState {
   // (e x 2) Time since the last event and time until the next event of each element in the queue of
   // events [s]; empty if there is no queue. The asynchronous integrator writes them.
   Points2 element_clocks;
-  // (k x 3) Positions of the vertices of each element of a queue at the last event of the element
+  // (k x 3) Positions of the vertices of each element in the queue at the last event of the element
   // [m]; empty without damping. The asynchronous integrator writes them.
   Points element_positions;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The

@@ -42,7 +42,7 @@ DisplacementError::DisplacementError(const ClothModel& cloth, const Elasticity& 
     double area = 0.0;
     for (Index t = first; t < last; ++t) area += area_of(cloth.corners[t]);
     scales_[c].height = 0.5 * scales_[c].mass * gravity * std::sqrt(area);
-    // The vertices of a cloth are divided among its blocks in proportion to the triangles.
+    // A cloth's vertices are divided among its blocks in proportion to their numbers of triangles.
     const auto vertex_at = [&](Index triangle) {
       return first_vertex + static_cast<Index>(static_cast<std::int64_t>(n_vertices) *
                                                (triangle - first) / (last - first));

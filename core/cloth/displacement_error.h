@@ -38,14 +38,15 @@ class DisplacementError {
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the largest rate at which implicit Euler removes energy from the free motion of a
-  // cloth, relative to the energy of that cloth [1/s]. In the time h [s], implicit Euler removes
-  // 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The energy of the cloth is
-  // the sum of its kinetic energy, its membrane energy and 1/2 M g L, where M is its mass and L the
-  // square root of its area. Cloths with motion that the step does not resolve, such as that of
-  // snapping wrinkles, are omitted. x1 (n x 3) are the positions at the end, and v0 and v1 (n x 3)
-  // the velocities at the start and at the end. The membrane energy at x1 is reused if the last
-  // call of over() ended at x1 and no call of at() followed. Collective.
+  // Returns the largest rate, over all cloths, at which implicit Euler removes energy from a cloth,
+  // relative to the energy of this cloth [1/s]. In the time h [s], implicit Euler removes
+  // 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The energy of a cloth is
+  // the sum of its kinetic energy (see StepError::energy), its membrane energy and 1/2 M g L, where
+  // M is its mass and L the square root of its rest area. A cloth is omitted if the step does not
+  // resolve its motion, for example that of snapping wrinkles. x1 (n x 3) are the positions at the
+  // end [m], and v0 and v1 (n x 3) the velocities at the start and at the end [m/s]. The membrane
+  // energy at x1 is reused if the last call of over() ended at x1 and no call of at() followed.
+  // Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
@@ -58,8 +59,9 @@ class DisplacementError {
   };
   // Results of a block for a displacement u. at() and dissipation() use velocities in place of u.
   struct Sums {
-    // Neglected strain [1], and its membrane energy [J]. In dissipation(), `energy` is the energy
-    // that implicit Euler removes.
+    // Largest eigenvalue of the neglected strain [1], and the membrane energy of this strain,
+    // summed over the triangles [J]. In dissipation(), `energy` is the energy that implicit Euler
+    // removes.
     double strain = 0.0, energy = 0.0;
     double elastic = 0.0;            // membrane energy at the end of the motion [J]; unused in at()
     double squares = 0.0;            // sum of m u^2 [kg m^2]
@@ -90,7 +92,7 @@ class DisplacementError {
   const Membrane& membrane_;
   const RowLayout& layout_;
   std::vector<Block> blocks_;
-  std::vector<std::size_t> offsets_;  // (ranks + 1) start of each rank's part of sums_ [byte]
+  std::vector<std::size_t> offsets_;  // (ranks + 1) start of each rank's part of sums_ [bytes]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
   KnownPositions end_;  // `end` of the last call of over(), unless at() was called after it

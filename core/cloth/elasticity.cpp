@@ -87,8 +87,8 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending, const 
   known_.at = energies_.at = unknown_;
 }
 
-// A batch of membrane elements, and a bending element, may read rows of triangles that do not touch
-// the rows of this rank.
+// A batch of membrane elements or a bending element may read the corners of triangles that do not
+// touch the rows of this rank.
 std::vector<Index> Elasticity::other_rows_read(Range rows) const {
   std::vector<std::uint8_t> read(model_.n_vertices, 0);
   const auto read_corners = [&](Index triangle) {
@@ -111,7 +111,7 @@ void Elasticity::add_bending_part(const ClothModel::BendingPart& part) {
   BendingElements made;
   BendingSetup setup = model_.setup_of(part);
   const Index n = static_cast<Index>(setup.triangles.rows());
-  // Energies of hinges are not sums over triangles, so every rank stores all hinge elements.
+  // The hinge energy is not a sum over triangles, so every rank stores all hinge elements.
   const bool divided = layout_ && part.element != BendingElement::Hinge;
   if (divided) made.first = first_triangles(setup.triangles, *layout_);
   BendingOfPart own = divided ? bending_of_part(setup, part_of_rank(*layout_, made.first))
@@ -289,7 +289,7 @@ double Elasticity::bending_energy(const Team& team, const Points& x) {
   know_energies_at(x);
   if (energies_.bending.empty()) energies_.bending = bending_sums(team, x);
   double energy = 0.0;
-  auto sum = energies_.bending.begin();  // first sum of the next part
+  auto sum = energies_.bending.begin();  // first sum of the next cloth
   for (const BendingElements& of_part : bending_) {
     std::vector<double> sums(sum, sum + n_sums(of_part));
     sum += n_sums(of_part);

@@ -41,8 +41,8 @@ class Elasticity {
   BlockMatrix& matrix() { return matrix_; }
 
   // Adds the elastic and viscous forces of the membrane and, if bending is implicit, of bending to
-  // rows [begin, end) of `force`. The matrix approximates their stiffness. If v is null, viscous
-  // forces are omitted.
+  // rows [begin, end) of `force`. The matrix of assemble() approximates the stiffness of these
+  // forces. If v is null, viscous forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, RowsOut force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
@@ -50,14 +50,14 @@ class Elasticity {
                             Index end, RowsOut force);
 
   // A product that assemble() computes with the new matrix. `w` must be up to date in all rows that
-  // the matrix couples to [begin, end).
+  // the matrix couples to rows [begin, end).
   struct Product {
     const Points* w;  // at least one row per vertex; null: no product
-    OwnRows* y;       // y = (matrix - M) w on rows [begin, end), the rows of y
+    OwnRows* y;       // set to (matrix - M) w; contains the rows [begin, end)
   };
   // Sets rows [begin, end) of the matrix to M + s K + t D with the mass M, the stiffness K and the
   // damping matrix D, where s and t are the factors `elastic` and `viscous` of terms.scales.
-  // Explicit bending has no part in K and D. Also computes `product`.
+  // Explicit bending has no part in K and D. Also computes `product` unless product.w is null.
   void assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                 Product product = {});
 
@@ -78,12 +78,13 @@ class Elasticity {
     Membrane* membrane_ = nullptr;
   };
   // Determines the phase of each triangle that touches rows [begin, end) from its strain at x; see
-  // LimitPhase::enter(). Without strain limits the returned guard changes nothing.
+  // LimitPhase::enter(). Returns a guard for these phases. Without strain limits, it changes
+  // nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
   bool in_limit_phase() const { return in_limit_phase_; }
-  // Returns a guard for the phases that the last call of limit_phase() determined.
+  // Returns another guard for the phases that the last call of limit_phase() determined.
   LimitPhaseScope last_limit_phase();
 
   // Adds a strain-limiting potential to the energy and the forces, but not to the matrix (see
@@ -143,9 +144,10 @@ class Elasticity {
   template <class Add>
   void add_known(const Team& team, const Points& x, Range rows, KnownForce& known, Add&& add,
                  RowsOut force);
-  // Discards the forces in known_ unless they belong to these rows and positions.
+  // If known_ belongs to other rows or positions, discards its forces and sets its rows and
+  // positions to these.
   void know_forces_at(const Points& x, Range rows);
-  // Discards the energies in energies_ unless they belong to these positions.
+  // If energies_ belongs to other positions, discards its energies and sets its positions to x.
   void know_energies_at(const Points& x);
   // Returns the rows outside of `rows` that the elements of this rank read, in ascending order.
   std::vector<Index> other_rows_read(Range rows) const;

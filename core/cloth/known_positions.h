@@ -41,7 +41,8 @@ class KnownPositions {
   std::size_t bytes() const { return bytes_of(others_, x_); }
 
  private:
-  // Compares n rows of x, beginning with `row`, with those of x_, beginning with `place`.
+  // Returns whether n rows of x, beginning with `row`, have the same bits as n rows of x_,
+  // beginning with `place`.
   bool same(const Points& x, Index row, Index place, Index n) const {
     const auto at = [](const Points& table, Index i) {
       return table.data() + 3 * static_cast<std::size_t>(i);
@@ -52,7 +53,7 @@ class KnownPositions {
 
   IndexRange rows_;
   std::vector<Index> others_;
-  Points x_;  // of rows_, then of others_ [m]
+  Points x_;  // positions of rows_, then of others_ [m]
   bool known_ = false;
 };
 

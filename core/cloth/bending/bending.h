@@ -70,9 +70,9 @@ class Bending {
 
   virtual double energy(const Team& team, const Points& x) const = 0;
   // Sets sums[i] to the energy of the triangles 128 i to 128 i + 127, counted from the beginning of
-  // `triangles` [J]. If these are all triangles, the sums add up to energy(). The sums must be 0
-  // before the call, because none is set if there are no hinges. Call this function only if
-  // sums_by_triangle() returns true.
+  // `triangles` [J]. If `triangles` is the range of all triangles, the sums add up to energy(). The
+  // sums must be 0 before the call, because none is set if there are no hinges. Call this function
+  // only if sums_by_triangle() returns true.
   virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
                             double* sums) const = 0;
   virtual bool sums_by_triangle() const = 0;

@@ -1,6 +1,7 @@
-// Bending of a subset of the triangles of a mesh. Integrators that give triangles steps of
-// different lengths evaluate each subset separately, with a vertex numbering of its own. A rank
-// stores mid-edge elements only for its part of the mesh (mesh_part.h).
+// Bending of a subset of the triangles of a mesh. The asynchronous integrator gives triangles steps
+// of different lengths and evaluates the triangles of each length separately. Each of these subsets
+// has a vertex numbering of its own. A rank stores mid-edge elements only for its part of the mesh
+// (mesh_part.h).
 #pragma once
 
 #include <vector>
@@ -10,8 +11,9 @@
 
 namespace loomstone {
 
-// The setup of the acting triangles, which have energy in the subset, and of the neighbours on
-// which their curvature depends. Its `forces_only` is true.
+// Bending of a subset of the triangles of a mesh. `setup` contains the acting triangles, for which
+// setup.acts is 1, and further triangles on which the curvature of the acting triangles depends.
+// setup.forces_only is true.
 struct BendingSubset {
   BendingSetup setup;
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending
@@ -25,8 +27,8 @@ struct BendingOfPart {
 };
 
 // Returns the setup of the bending elements that act on the rows of a part or belong to triangles
-// of the part. In these rows, forces and stiffness are bitwise identical to those of the whole
-// mesh.
+// of the part. In the rows of the part, forces and stiffness are bitwise identical to those of the
+// whole mesh.
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
 // Adds to `triangles` all triangles that share an edge with one of them. On return, the list is

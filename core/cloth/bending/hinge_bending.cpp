@@ -7,8 +7,8 @@
 //
 // Departure from [Thomaszewski2010]: damping is proportional to stiffness, as in the mid-edge
 // element. The coefficient of a hinge is beta V''(0) = beta c / 2, where beta is the damping [s], V
-// the energy of the hinge, and c its stiffness. The thesis uses the damping factor |e|, the length
-// of the edge, which depends on the mesh.
+// the energy of the hinge, and c its stiffness. [Thomaszewski2010] uses the damping factor |e|, the
+// length of the edge, which depends on the mesh.
 #include <algorithm>
 #include <cmath>
 

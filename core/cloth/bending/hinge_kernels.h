@@ -71,8 +71,8 @@ struct Tables {
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 
-// Computes the energies (batches x 8) 1/2 difference^T C^T W C difference of each triangle [J],
-// with the symbols of moments().
+// Computes the energies (batches x 8) 1/2 difference^T C^T W C difference of each triangle in the n
+// given `batches` [J], with the symbols of moments().
 void energies(const Tables& tables, const Index* batches, Index n, const double* difference,
               double* out);
 

@@ -76,9 +76,10 @@ class MidedgeBending final : public Bending {
   // For each hinge, the entries of element_moments_ whose sum is the moment of the hinge, with
   // triangles in ascending order.
   std::vector<Index> slot_start_, slots_;
-  // Sums of C^T W C (see the top of this file) and of beta C^T W C over the triangles of each pair
-  // of hinges, where beta is the damping [s]. In lumped form, they are the numbers q_e of
-  // BendingSetup::lumped_stiffness instead, and each hinge is paired only with itself.
+  // For each pair of hinges, the sums over all triangles of the pair's entry in C^T W C (see the
+  // top of this file) and in beta C^T W C, where beta is the damping of the triangle [s]. In lumped
+  // form, each hinge is paired only with itself, and the tables contain the numbers q_e of
+  // BendingSetup::lumped_stiffness instead. viscous_ is empty without damping.
   AlignedDoubles elastic_, viscous_;
 
   // Scratch memory. The assembler also has constant tables of hinges and vertices.
@@ -246,7 +247,8 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
   hinges_.gather(team, values_, moment_, range_, force);
 }
 
-// Computes the moments of the selected hinges from values_ and from `rate`, which may be null.
+// Computes the moments of the selected hinges from values_ and from `rate`. A null `rate` means no
+// damping.
 void MidedgeBending::find_moments(const Team& team, const double* rate) const {
   const Selection& s = selection_;
   parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), hinge::batches_per_range,

@@ -11,13 +11,14 @@ namespace {
 
 using Row3 = Eigen::RowVector3d;  // linear form on the curvature (kxx, kyy, 2 kxy)
 
-// A triangle at rest. Edge i lies opposite corner i and runs from corner i + 1 to corner i + 2.
+// A triangle at rest. Edge i lies opposite corner i and runs from corner i + 1 to corner i + 2,
+// modulo 3. The angle at an edge is the one from the triangle to the tangent plane of the surface
+// at the midpoint of the edge.
 struct RestTriangle {
   double area;
-  std::array<double, 3> direction;  // angle of edge i to weft [rad]
-  std::array<Vec3, 3> curvature;    // N_i: curvature caused by a unit angle at edge i [1/m]
-  // psi_i: angle from the triangle to the tangent plane at edge i, per unit curvature [m].
-  std::array<Row3, 3> angle;
+  std::array<double, 3> direction;  // angle of edge i from weft [rad]
+  std::array<Vec3, 3> curvature;    // N_i: curvature per unit angle at edge i [1/m]
+  std::array<Row3, 3> angle;        // psi_i: angle at edge i per unit curvature [m]
 };
 
 RestTriangle rest_triangle(const Corners2& corners) {
@@ -30,10 +31,10 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // The angle psi_i is (h / 2) k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt are the
-    // components of the curvature along the normal n and the tangent t of the edge. h is the height
-    // of the triangle over the edge, `a` is the position of corner i along t, relative to the
-    // midpoint of the edge, and b is (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
+    // psi_i maps a curvature to the angle (h / 2) k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt
+    // are the components of the curvature along the normal n and the tangent t of the edge. h is
+    // the height of the triangle over the edge, `a` is the position of corner i along t, relative
+    // to the midpoint of the edge, and b is (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -95,9 +96,9 @@ class Builder {
       rest_.push_back(rest_triangle(setup.corners[t]));
   }
 
-  // Slope at hinge e. Relative to the first triangle of the hinge, the slope is half the hinge
-  // angle plus the weighted sum of the angles of `hinges`. Relative to the second triangle, it is
-  // half the hinge angle minus that sum.
+  // Slope of the surface at a hinge. Relative to the first triangle of the hinge, the slope is half
+  // the hinge angle plus the weighted sum of the angles of `hinges`. Relative to the second
+  // triangle, it is half the hinge angle minus that sum.
   struct Slope {
     std::vector<Index> hinges;
     std::vector<double> weights;
@@ -121,7 +122,7 @@ class Builder {
   // Returns the matrix that transforms a curvature from the axes of `from` to the axes of `to`
   // across their common edge.
   Mat3 across(Index from, Index to, Index edge) const {
-    // `to` traverses the edge in the opposite direction. A rotation by 180 degrees leaves a
+    // `to` traverses the edge in the opposite direction, but a rotation by 180 degrees leaves a
     // curvature unchanged.
     return turn(rest_[from].direction[local_edge(from, edge)] -
                 rest_[to].direction[local_edge(to, edge)]);
@@ -155,8 +156,9 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;
   std::vector<Row3> angles;  // angles of the hinges in `near`
-  // For each boundary edge, the row of unit length that gives the moment across the edge, up to a
-  // factor, when multiplied by a curvature. These moments must vanish.
+  // Unit rows for the boundary edges of both triangles. The product of a row and a curvature is the
+  // moment across the edge, up to a factor. These moments must vanish. Edges across which no
+  // curvature causes a moment have no row.
   std::vector<Row3> free;
   for (const Index triangle : {first, second}) {
     const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;
@@ -180,7 +182,7 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  // Computes the weights p of least norm with which sum_k p_k angles_k agrees with `wanted` on all
+  // Computes the weights p of least norm such that sum_k p_k angles_k agrees with `wanted` for all
   // curvatures in the range of `kept`.
   Mat3 gram = Mat3::Zero();
   for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);

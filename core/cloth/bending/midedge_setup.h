@@ -1,11 +1,12 @@
 // Constants of the mid-edge bending element. As in [Morley1968], the curvature of a triangle
 // follows from the slopes at its edge midpoints. The slope at an interior edge is a fixed linear
-// combination of the hinge angles of the two triangles at the edge. Except next to slivers and
-// prescribed triangles, its weights are those of least norm that reproduce every constant curvature
-// without moments across boundary edges. The curvature of each triangle is therefore a fixed linear
-// function of at most nine hinge angles. Vertex positions remain the only unknowns, and results
-// hardly depend on the directions of the mesh edges. The element itself is not taken from the
-// literature.
+// combination of the hinge angles of the two triangles at the edge. Its weights are those of least
+// norm that reproduce every constant curvature that causes no moment across boundary edges. Edges
+// of triangles whose vertices are all prescribed, and edges that would get a weight above 1 in
+// magnitude, for example at slivers, have other weights. The curvature of each triangle is
+// therefore a fixed linear function of at most nine hinge angles. Vertex positions remain the only
+// unknowns, and results hardly depend on the directions of the mesh edges. This element is not
+// taken from the literature.
 #pragma once
 
 #include <array>
@@ -15,8 +16,8 @@
 
 namespace loomstone::midedge {
 
-// Element of one triangle. Its curvature in weft/warp axes is the sum over s of
-// curvature[s] * (theta - rest)[hinge[s]].
+// Bending element of one triangle. The curvature of the triangle in weft/warp axes is the sum over
+// s of curvature[s] * (theta - rest)[hinge[s]] with the hinge angles theta and their rest angles.
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};
@@ -27,7 +28,8 @@ struct Element {
 
 struct Elements {
   std::vector<Element> elements;  // one per triangle
-  Index n_averaged = 0;           // edges with the mean slope, because |weight| would exceed 1
+  // Number of edges that use the mean slope because a weight would exceed 1 in magnitude.
+  Index n_averaged = 0;
 };
 
 // Makes the elements of a setup that check_bending_setup() has accepted.

@@ -43,7 +43,9 @@ class ActiveSet {
   const LimitElements& elements_;
   const limit::Tables& tables_;
   const bool all_, singly_;
-  std::vector<std::uint8_t> waits_, moved_;  // (batches) waits_: lane bit mask; moved_: 0 or 1
+  // (batches) waits_: bit mask of the lanes that are in the set; moved_: 1 if the batch is in
+  // moved_list_, otherwise 0.
+  std::vector<std::uint8_t> waits_, moved_;
   std::vector<std::vector<Index>> of_colour_;
   std::vector<Index> moved_list_;
   std::int64_t evaluations_ = 0;

@@ -1,6 +1,6 @@
 // Edge-based strain limiting after [Provot1995] and [Bridson2002]. It limits the length of every
-// edge of a limited triangle to (1 + bound) times its rest length. The bound does not depend on the
-// direction of the edge, so the effect on shear depends on the mesh.
+// edge of a limited triangle to (1 + bound) times the rest length of the edge. The bound does not
+// depend on the direction of the edge, so the effect on shear depends on the mesh.
 #pragma once
 
 #include <vector>

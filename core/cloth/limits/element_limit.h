@@ -12,16 +12,16 @@
 // constant moments M = sum m X X^T, where m are the masses of the corners:
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
 // In the plane, this solution takes 22 multiplications, 16 additions and 1 division. The thesis
-// counts 37, 33 and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third corner lies
-// above the midpoint of its base.
+// counts 37, 33 and 1 (3.13). The 5x5 inverse of the thesis does not exist for a triangle whose
+// third corner lies above the midpoint of its base.
 //
 // A held corner does not move. With one held corner, this corner has infinite mass and replaces the
 // centre of mass, so w conserves angular momentum about it. The remaining equations, three of
 // strain and one of angular momentum, are solved exactly. With two held corners, the displacement
-// of the free corner has only two unknown components, which fit the strain in the least-squares
-// sense. It is again R (E + w J) X, where X is the height vector from the held edge to this corner.
-// This departs from (3.15), whose result depends on the unit of mass. With three held corners
-// nothing moves.
+// of the free corner has only two unknown components, which fit the target strain in the
+// least-squares sense. The displacement is again R (E + w J) X, where X is the height vector from
+// the held edge to this corner. This departs from (3.15), whose result depends on the unit of mass.
+// With three held corners, nothing moves.
 //
 // In space, the 3x2 matrix F has no determinant whose sign could show that a triangle is inverted.
 // U is therefore always positive semi-definite, and an inverted triangle counts as a rotated one.
@@ -203,15 +203,15 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// Returns w = (h x E h) / |h|^2, which fits the strain tensor in the least-squares sense if two
+// Returns w = (h x E h) / |h|^2, which fits the target strain in the least-squares sense if two
 // corners are held. h is the height vector over the held edge, and `m` is h h^T.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
 // Returns the size of the part of E that can be corrected while two corners are held. It is the
-// larger magnitude of the two components of E h / |h|, along h and perpendicular to h (symbols of
-// spin_of_two()).
+// larger of the magnitudes of two components of E h / |h|: the one along h and the one
+// perpendicular to h (symbols of spin_of_two()).
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =

@@ -1,6 +1,7 @@
-// Finds the elements that exceed their strain limits and measures the excess. This check dominates
-// the cost of limiting if no limit is exceeded, so its elements are divided among ranks. Afterwards
-// every rank has the results of all elements. They are bitwise identical on any number of ranks.
+// Finds the elements that exceed their strain limits and measures the excess. The check of all
+// elements dominates the cost of limiting if no limit is exceeded, so it is divided among ranks.
+// Afterwards, every rank has the results of all elements. They are bitwise identical on any number
+// of ranks.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +40,7 @@ struct LimitReport {
 // Checks elements against their limits and keeps the results until the next check.
 class LimitCheck {
  public:
-  // The check is divided among `ranks`; null: a single process.
+  // check_all() is divided among `ranks`; null: a single process.
   LimitCheck(const LimitElements& elements, const Communicator* ranks);
 
   // Checks all batches. Collective.
@@ -56,9 +57,9 @@ class LimitCheck {
     return strains_.data() + 24 * static_cast<std::size_t>(batch);
   }
 
-  // Adds the excesses to `report`. The factor `unit` converts `excess` to strains: it is 1 for
-  // strains, and the length of the step for strain rates. `squares` is not converted. `broken`
-  // lists excesses of strains only.
+  // Adds the excesses to `report`. For LimitReport::excess, the factor `unit` converts excesses to
+  // strains: it is 1 for strains, and the length of the step for strain rates. LimitReport::squares
+  // is not converted. LimitReport::broken stays empty for strain rates.
   void add_to(LimitReport& report, const limit::Tables& tables, const limit::Motion& motion,
               double unit) const;
 

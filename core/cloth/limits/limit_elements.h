@@ -26,7 +26,7 @@ struct LimitedCloth {
 };
 
 // Greedy colouring of items. An item is a row of vertex indices. Items are coloured in ascending
-// order. Each gets the smallest colour that no preceding item with a common vertex has.
+// order. Each item gets the smallest colour that no preceding item with a vertex in common has.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
@@ -69,7 +69,7 @@ class LimitElements {
   // (colours + 1) First batch of each colour.
   const std::vector<Index>& colour_start() const { return colour_start_; }
   Index element(Index slot) const { return element_of_[slot]; }  // -1: empty lane
-  // Slots of the elements at each vertex, in ascending order.
+  // Slots (see limit::Tables) of the elements at each vertex, in ascending order.
   const std::vector<Index>& slot_start() const { return slot_start_; }
   const std::vector<Index>& slots() const { return slots_; }
   const Corners2& rest_corners(Index triangle) const { return cloth_.corners[triangle]; }

@@ -67,8 +67,9 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
   return {dot(r1, d1), dot(r2, d2), 0.5 * (dot(r1, d2) + dot(r2, d1))};
 }
 
-// True if dF/dt is so small that the strain rate sym(R^T dF/dt) is within its bounds for every
-// rotation R. Then the polar decomposition, which determines R, is not needed.
+// Returns true if dF/dt is so small in all elements of a batch that the strain rate sym(R^T dF/dt)
+// is within its bounds for every rotation R. The polar decomposition, which determines R, is then
+// not needed.
 template <class Lanes>
 LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds,
                            const double* v) {
@@ -85,7 +86,7 @@ LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const 
 template <class Real>
 struct Correction {
   Space<Real> g1, g2;
-  Real size;  // size of the strain correction
+  Real size;  // largest magnitude of the strain components that are corrected
 };
 
 // Computes the correction of an element or a batch. Returns false if no element exceeds its bounds

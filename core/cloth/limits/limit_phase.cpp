@@ -17,22 +17,24 @@ constexpr Index batches_per_update = 32;
 
 // The second phase begins at the distance limit_margin() inside the limit. The third phase begins
 // at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
-// beyond the limit as the third phase begins inside it. `stiffening` is the modulus added in the
-// second phase, divided by that of the membrane. `steeper` and `steepest` are the total moduli
-// added in the third and in the fourth phase, divided by the one added in the second phase.
+// beyond the limit as the third phase begins inside it, because `third_begins` is 0.5. `stiffening`
+// is the modulus added in the second phase, divided by that of the membrane. `steeper` and
+// `steepest` are the total moduli added in the third and in the fourth phase, divided by the one
+// added in the second phase.
 //
 // The third phase is for heavy loads, for example at prescribed vertices, and the fourth for bodies
 // much heavier than the cloth. `stiffening` and `steeper` were tuned on scenes/swing_limits.py and
-// limit_scaling.py with steps of 4 ms, and `steepest` with automatic steps on balls of 40 kg in
-// cloth of 40 g: with a value of 100, strains exceed limits of 2 % by up to 0.04, and with a value
-// of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
+// scenes/limit_scaling.py with steps of 4 ms, and `steepest` with automatic steps on balls of 40 kg
+// in cloth of 40 g: with a value of 100, strains exceed limits of 2 % by up to 0.04, and with a
+// value of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
-// In a yielding triangle, the stress in the mode that exceeds its limit most is bounded. The bound
-// begins at the fraction `yield_stress` of the stress at which the fourth phase begins, and grows
-// with the modulus `hardening` times that of the second phase, so that neighbouring triangles yield
-// alike. The other modes do not yield: an obstacle that is too wide along weft does not stretch the
-// cloth along warp. Both values were tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
+// In a yielding triangle, the added stress in the mode that exceeds its upper limit most is
+// bounded. Where the second phase begins, the bound is the fraction `yield_stress` of the stress at
+// which the fourth phase begins. It grows with the strain at `hardening` times the modulus of the
+// second phase, so that neighbouring triangles yield alike. The other modes do not yield: an
+// obstacle that is too wide along weft does not stretch the cloth along warp. Both values were
+// tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
 constexpr double yield_stress = 0.02, hardening = 0.2;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.
@@ -45,7 +47,7 @@ LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
   return lanes_any(~(within(0) & within(1) & within(2)));
 }
 
-// Tables of the phases of all batches.
+// Tables of the phases of all batches, and two arguments of LimitPhase::enter().
 struct Phases {
   const double* bounds;
   const Index* bounds_of;
@@ -64,14 +66,17 @@ LOOMSTONE_INLINE Lanes yielding_lanes(const Index* corners, const std::uint8_t* 
   return lanes_load<Lanes>(lanes);
 }
 
-// Stress that the phases add to a mode [N/m], and its derivative with respect to the strain.
+// Stress that the phases add to a mode, and the tangent with which it is linearised in the strain
+// [N/m]. In the fourth phase and in yielding modes, the tangent can exceed the derivative of the
+// stress, and the difference acts as a viscosity.
 template <class Lanes>
 struct ModeLaw {
   Lanes stress, tangent;
 };
 
 // Returns the law of mode k at strain e. `modulus` is the one added in the second phase [N/m]. In
-// the fourth phase, viscosity lets the strain recover by the fraction `recovery` of its excess.
+// the fourth phase, viscosity lets the strain recover by at most about the fraction `recovery` of
+// its excess in the step.
 template <class Lanes>
 LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes modulus, Lanes e,
                                             double recovery) {
@@ -84,8 +89,8 @@ LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes mo
   const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
   const Lanes far =
       lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
-  // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
-  // third phase.
+  // Strains at which the fourth phase begins. Each limit lies half-way between the strain at which
+  // the third phase begins and the one at which the fourth phase begins.
   const Lanes broken_most = far_most + 2.0 * (far_most - most),
               broken_least = far_least + 2.0 * (far_least - least);
   const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
@@ -98,8 +103,8 @@ LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes mo
           modulus * lanes_select(over | under, steepness, Lanes{})};
 }
 
-// Bounds the stress in those lanes of `yields` that are 1 and in which no mode exceeds the
-// beginning of its second phase by more than mode k does.
+// Bounds the stress of mode k in the lanes in which `yields` is 1 and no other mode is farther
+// beyond the upper strain at which its second phase begins.
 template <class Lanes>
 LOOMSTONE_INLINE void let_yield(const double* bound, int k, Lanes modulus, const Lanes strain[3],
                                 Lanes yields, ModeLaw<Lanes>& law) {

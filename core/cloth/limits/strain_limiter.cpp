@@ -188,7 +188,7 @@ std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
 }
 
 // Returns the vertices of the corrected elements in the batches, without duplicates. Marks these
-// vertices as `listed`.
+// vertices as `listed` in n_corrected_.
 std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) {
   std::vector<Index> vertices;
   for (const Index b : batches)

@@ -23,9 +23,9 @@ namespace loomstone {
 class ActiveSet;
 class EdgeLimiter;
 
-// Enforces strain limits. `key` and options.seed together determine the random order of sweeps.
-// Calls with the same seed and arguments give bitwise the same result. On several ranks, all calls
-// are collective.
+// Enforces strain limits. `key` and options.seed together determine the order in which random
+// sweeps visit the elements. Calls with the same seed and arguments give bitwise the same result.
+// On several ranks, all calls are collective.
 class StrainLimiter {
  public:
   // The check of all elements is divided among `ranks`; null: a single process.
@@ -56,7 +56,8 @@ class StrainLimiter {
   // Returns true if check_ is valid for the result.
   bool sweep_until_met(const Team& team, std::uint64_t key, const limit::Tables& tables,
                        const limit::Motion& motion, LimitReport& report);
-  // Performs one sweep and returns the number of corrected elements.
+  // Each of the next three functions performs one sweep and returns the number of corrected
+  // elements.
   std::int64_t sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
                      int number, ActiveSet& active);
   std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables,

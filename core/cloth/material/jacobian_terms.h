@@ -12,7 +12,7 @@ struct StiffnessScales {
 // positive part of the stress and that of bending is omitted.
 enum class JacobianKind { Exact, Positive };
 
-// The motion in the last step. The stress in the geometric term excludes the stress of the
+// The motion in the last step. The stress in the geometric stiffness excludes the stress of the
 // second-order strain of this motion, up to a bound (see past_strain() in membrane_kernels.cpp).
 struct PastMotion {
   const double* velocity = nullptr;  // (n x 3) [m/s]; null: nothing is excluded

@@ -97,7 +97,8 @@ void Membrane::make_tables(const Triangles& triangles, const std::vector<Corners
   viscous_ = constants.viscous();
 }
 
-// Lists, for each row of the part, where its forces are in element_forces_. Other rows have none.
+// Lists, for each row of the part, where its forces are in element_forces_. The lists of other rows
+// are empty.
 void Membrane::make_slots(Index n_vertices, IndexRange rows) {
   const auto for_each_slot = [&](auto&& body) {
     for (Index place = 0; place < n_batches(); ++place)

@@ -71,7 +71,7 @@ class Membrane {
   bool viscous() const { return viscous_; }
   Index n_triangles() const { return n_triangles_; }  // including those that are not stored
   Index n_batches() const { return static_cast<Index>(stored_.size()); }  // stored batches
-  // Returns the number, in the whole mesh, of the stored batch with index `place`.
+  // Returns the index in the whole mesh of the batch with index `place` among the stored batches.
   Index batch_at(Index place) const { return stored_[place]; }
 
   membrane::Tables tables() const {
@@ -91,7 +91,8 @@ class Membrane {
   void add_limits(const std::vector<LimitModes>& modes);
 
   // Returns the places (see batch_at()) of the stored batches that touch rows [begin, end), in
-  // ascending order. The list is valid until a call with another range of rows.
+  // ascending order. The list is valid until this function or add_forces() is called with another
+  // range of rows.
   const std::vector<Index>& batches_of(Index begin, Index end) {
     return select_rows(begin, end), batches_;
   }
@@ -107,8 +108,9 @@ class Membrane {
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
                   RowsOut force);
 
-  // Sets rows [begin, end) of `matrix` to elastic K + viscous D with the factors in terms.scales.
-  // The pattern of `matrix` must contain all mesh edges.
+  // Sets rows [begin, end) of `matrix` to s K + t D with the stiffness K and the damping matrix D,
+  // where s and t are the factors `elastic` and `viscous` of terms.scales. The pattern of `matrix`
+  // must contain all mesh edges.
   void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                     BlockMatrix& matrix);
 
@@ -167,14 +169,14 @@ class Membrane {
   bool viscous_ = false;
   std::vector<Index> slot_start_, slots_;  // offsets in element_forces_ of the forces on each row
 
-  std::vector<Index> batches_;  // batches that touch rows [begin_, end_)
+  std::vector<Index> batches_;  // places of batches that touch rows [begin_, end_)
   Index begin_ = -1, end_ = -1;
   std::vector<double> element_forces_, element_strains_;
 
   // Element blocks that contribute to rows [located_begin_, located_end_). locate_rows() determines
   // them again if the matrix pattern or the range of rows has changed.
   std::vector<Index> chunk_start_, chunk_batches_;  // places of batches that touch each chunk
-  std::vector<Index> row_start_, diagonal_;         // block indices relative to the range
+  std::vector<Index> row_start_, diagonal_;         // block indices, counted within the range
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;

@@ -98,8 +98,8 @@ LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
   return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
 }
 // The next three functions describe the stress that stiff phases add in one mode (0: 11, 1: 22, 2:
-// 12), as a linear function of the Green strain e. They return its slope, its value at e, and its
-// integral from 0 to e.
+// 12), as a linear function of the component e of the Green strain. They return the slope of this
+// function, its value at e, and its integral from 0 to e.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);
@@ -141,7 +141,8 @@ LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
   for (int l = 0; l < n_lanes; ++l)
     if (beyond[l] != 0.0) bits |= static_cast<std::uint8_t>(1 << l);
 }
-// Adds the stress of the limit potential in batch b. Sets the bits of t.entered unless it is null.
+// Adds the stress of the limit potential in batch b. Unless t.entered is null, also sets its bits
+// for the phases that have begun.
 template <class Lanes>
 LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<Lanes>& e,
                                        Tensor<Lanes>& s) {

@@ -79,7 +79,7 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
 }
 
 // Bound on the largest eigenvalue of the strain 1/2 dF^T dF of the past motion [1]. A larger strain
-// is scaled down to the bound. The geometric term omits the stress of the resulting strain.
+// is scaled down to the bound. The geometric stiffness omits the stress of the resulting strain.
 // Our choice: a smaller bound makes stiff sheets move too slowly, and a larger one reduces the
 // damping of snapping wrinkles.
 constexpr double most_left_out = 0.01;

@@ -60,7 +60,8 @@ struct BatchRange {
   Index first, n;
 };
 // Computes what a linear model of the strain neglects over a displacement u = end - start (n x 3
-// each), or u = end if start is null. If dF is the gradient of u,
+// each), or u = end if start is null. If E is the Green strain, F the deformation gradient at
+// positions x, and dF the gradient of u,
 //   E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
 // holds exactly. The output for each triangle is the largest eigenvalue of 1/2 dF^T dF, the
 // membrane energy of that strain, and the membrane energy at the positions `end`. The output has
