@@ -25,7 +25,7 @@ struct ApproachingPair {
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, key)
-  std::int64_t candidates = 0;         // number of candidates, also those culled or ignored
+  std::int64_t candidates = 0;         // number of candidates, including those culled or ignored
 };
 
 // Returns the sign of the volume that the four points span. The sign tells on which side of the
@@ -57,9 +57,10 @@ class ApproachSearch {
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Collective. Returns the pairs found by all ranks. If `in_lists`, each rank tests the pairs in
-  // its lists, which are updated to motion.x0 if necessary, and surface pairs without lists are
-  // searched in the broad phase. Otherwise all surface pairs are searched there.
+  // Collective. Returns the pairs found by all ranks, except those that `tangle` ignores. If
+  // `in_lists` is true, each rank tests the pairs in its lists, which are updated to motion.x0 if
+  // necessary, and the broad phase searches surface pairs without lists. Otherwise, the broad phase
+  // searches all surface pairs.
   Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle,
                 bool in_lists);
 

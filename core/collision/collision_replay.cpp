@@ -103,7 +103,7 @@ struct ListsOfStep {
   }
 
   // Calls add(i, list) for each list. `i` is the index of the list's first cluster among the first
-  // clusters of all surface pairs.
+  // clusters of all surface pairs; see ClusterOwners.
   template <class Add>
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
@@ -142,7 +142,8 @@ struct ListsOfStep {
   NeighbourLists lists;
   ImpactSearch search;
   SmoothNormals normals;
-  SectionStarts first = {0};  // number of clusters of the first surfaces of all earlier pairs
+  // (surface pairs + 1) Number of first clusters in all earlier surface pairs.
+  SectionStarts first = {0};
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Repeats the searches for collisions in a recorded motion. Their work is measured on one thread.
-// From this work, core/parallel/pool_replay.h predicts times on many ranks. perform() measures
-// times on actual ranks instead.
+// From these measurements, core/parallel/pool_replay.h predicts times on many ranks. perform()
+// measures times on actual ranks instead.
 #pragma once
 
 #include <memory>
@@ -43,14 +43,15 @@ class CollisionReplay {
 
   // Measures the work on neighbour lists in both searches of a step. Piece i of each OrderedWork is
   // the work on all lists whose first cluster has index i among the first clusters of all surface
-  // pairs. The expected costs are those of the preceding step. The motion is extrapolated backwards
-  // to get the preceding steps. Each measured cost is the smallest of `repetitions` measurements.
+  // pairs (see ClusterOwners). The expected costs are those of the preceding step. The motion is
+  // extrapolated backwards to get the preceding steps. Each measured cost is the smallest of
+  // `repetitions` measurements.
   struct Lists {
     OrderedWork contacts, impacts;
   };
   Lists measure_lists(int repetitions = 3) const;
 
-  // Threads and ranks on which perform() performs a search, and the way they divide it.
+  // Threads and ranks on which perform() performs a search, and how they divide the search.
   struct Execution {
     Decomposition decomposition;
     Traversal traversal;

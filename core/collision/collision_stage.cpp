@@ -46,7 +46,8 @@ struct CollisionStage::Data {
   template <class Use>
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {
-    // If contacts are ignored because of a tangle, the shares of the remaining contacts change.
+    // The stored strengths are those of all known contacts. If some of these contacts are ignored
+    // because of a tangle, the shares of the remaining contacts change.
     if (contacts.size() == known.contacts.size() && knows(inputs.x))
       return use(strengths.find(model, contacts, inputs));
     return use(contact_strengths(model, contacts, inputs));
@@ -62,7 +63,7 @@ struct CollisionStage::Data {
     return std::all_of(known_on.begin(), known_on.end(), [](char of_rank) { return of_rank != 0; });
   }
 
-  // Returns the contacts that count on this rank.
+  // Returns those of `contacts` that count on this rank; see ActingOn.
   std::vector<Contact> counted(const std::vector<Contact>& contacts) const {
     std::vector<Contact> own;
     for (const Contact& contact : contacts)
@@ -107,8 +108,8 @@ struct CollisionStage::Data {
   // at the end of a part are used again in the next part. `known` is the same on all ranks if each
   // rank keeps all contacts.
   ContactSet known;
-  // known_update is the number of the update of the lists at x0. Without lists, known_x is a copy
-  // of x0.
+  // With lists, known_update is NeighbourLists::n_updates() after their update at x0. Without
+  // lists, known_x is a copy of x0.
   std::int64_t known_update = -1;  // -1: no contacts are known
   Points known_x;
   KnownStrengths strengths;                   // strengths of the contacts in `known`

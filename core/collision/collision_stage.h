@@ -44,9 +44,9 @@ class CollisionStage {
   void divide(IndexRange rows);
   bool divided() const;
 
-  // Finds the intersections at x0 of surfaces that must not intersect; see kept_apart(). The other
-  // methods ignore contacts and impacts that would prevent these surfaces from separating. The
-  // Tangle is empty if there are no such intersections.
+  // Finds the intersections at x0 of surfaces that must not intersect; see kept_apart(). Methods
+  // that receive this Tangle ignore contacts and impacts that would prevent the intersecting
+  // surfaces from separating. The Tangle is empty if there are no intersections.
   Tangle find_tangle(const Points& x0);
 
   // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0

@@ -61,8 +61,10 @@ class Detector {
 // Returns the sorted unique vertex pairs of the triangle edges.
 Edges unique_edges(const Triangles& triangles);
 
-// check_motion() and check_triangles() throw InvalidInput if an argument is invalid.
+// Throws InvalidInput if x0 and x1 differ in size or are not finite, or if the inflation is
+// negative or not finite.
 void check_motion(const Points& x0, const Points& x1, double inflation);
+// Throws InvalidInput if a vertex index is negative, or if it is `n_vertices` or more.
 void check_triangles(const Triangles& triangles, Index n_vertices);
 
 }  // namespace loomstone

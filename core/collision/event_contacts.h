@@ -57,7 +57,7 @@ class EventContacts {
     double distance, inverse_mass;  // [m], [1/kg]; inverse mass 0: the pair gets no impulse
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // contact point on the body [m]
-    bool at_end;                    // two edges whose closest points do not lie inside both
+    bool at_end;                    // true: two edges whose closest points are not inside both
     double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
   };
   void begin_queue();
@@ -88,7 +88,7 @@ class EventContacts {
   std::vector<std::array<Index, 4>> vertices_;  // (pairs) see pair_vertices()
   // (pairs) Side of the first feature as defined by side_of(): 1 or -1; 0: unknown.
   std::vector<std::int8_t> side_;
-  // (pairs) Contact normal at the last evaluation or at the start.
+  // (pairs) Contact normal at the last evaluation or, before the first one, at the start.
   std::vector<Vec3> normal_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick

@@ -12,7 +12,7 @@ namespace {
 
 // Node pairs are expanded from the roots until there are at least this many tasks, or only leaf
 // pairs. The value does not depend on the number of threads. A search therefore has the same tasks,
-// with the same numbers, for any number of threads.
+// with the same indices, for any number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.
@@ -73,7 +73,8 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
 }
 
 // Returns whether this object performs all tasks and `which` includes self-collisions of a surface.
-// Such a search compares each cluster of the surface at least with itself.
+// Such a search compares each cluster of the surface at least with itself, so it needs all features
+// of the surface.
 bool BroadPhase::compares_all(const std::vector<Index>& which) const {
   return share_.size == 1 && std::any_of(which.begin(), which.end(), [&](Index pair) {
            return pairs_[pair].a == pairs_[pair].b;
@@ -121,8 +122,9 @@ struct BroadPhase::Task {
   PairSearch::Nodes nodes;
 };
 
-// Expands pairs of nodes from the roots. `first` is a range of clusters of the first tree. A pair
-// is omitted if its node of the first tree contains no cluster of this range.
+// Returns the tasks of a search: pairs of nodes that result from expanding the pairs of roots.
+// `first` is a range of clusters of the first tree. Expansion omits a pair if its node of the first
+// tree contains no cluster of this range.
 std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which,
                                                    IndexRange first) const {
   std::vector<Task> tasks, next;
@@ -250,7 +252,7 @@ void BroadPhase::forget_trees() {
 
 void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                             const std::vector<double>& reach, std::vector<FeaturePairs>& found) {
-  // Inflates the boxes of each surface by half the largest reach of its surface pairs.
+  // Inflates the boxes of each surface by half the largest reach of its surface pairs in `which`.
   std::vector<double> inflation(trees_.size(), -1.0);
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})

@@ -1,6 +1,6 @@
-// Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap. Each pair is
-// reported once. Excludes pairs that share a vertex, pairs tied by an attachment, surface pairs
-// without cloth, and self-pairs of cloths without self-collision.
+// Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap, and reports each
+// pair once. Excludes pairs that share a vertex and pairs tied by an attachment. surface_pairs()
+// excludes pairs of surfaces without cloth, and self-collisions that are switched off.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 namespace loomstone {
 
 // Receives the pairs of a search in batches. Each task runs on one thread, but threads call take()
-// concurrently for different tasks. Task numbers do not depend on the number of threads.
+// concurrently for different tasks. Task indices do not depend on the number of threads.
 class PairSink {
  public:
   virtual ~PairSink() = default;
@@ -31,7 +31,8 @@ struct Sweep {
   const Points& x0;
   const Points& x1;
   double inflation;  // [m]
-  // If true, trees whose boxes have grown too much are rebuilt. The pairs found are the same.
+  // If true, trees whose boxes have grown too much are rebuilt. This does not affect which pairs
+  // are found.
   bool may_rebuild = false;
 };
 
@@ -64,14 +65,15 @@ class BroadPhase {
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
   // Returns the pairs (a, b) of clusters with overlapping boxes. Cluster a belongs to the first
-  // surface of the pair and lies in the range `first`; cluster b belongs to the second surface. The
-  // pairs are packed as a << 32 | b, in ascending order. If there are more than `most` pairs, some
-  // may be missing.
+  // surface of the surface pair and lies in the range `first`; cluster b belongs to the second
+  // surface. The pairs are packed as a << 32 | b, in ascending order. If there are more than `most`
+  // pairs, some may be missing.
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
   // Returns the memory for the boxes of all vertices. All callers share this memory, and n_uses()
-  // counts their calls. If it has changed, a later caller may have overwritten the boxes.
+  // counts their calls. If the count has changed since a call, a later caller may have overwritten
+  // the boxes.
   std::vector<PackedSlabs>& vertex_boxes();
   std::int64_t n_uses() const { return n_uses_; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.

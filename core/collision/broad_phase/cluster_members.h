@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// For each cluster of one surface, the vertices of its features.
+// For each cluster of one surface, the vertices of the features in the cluster.
 class ClusterMembers {
  public:
   ClusterMembers() = default;

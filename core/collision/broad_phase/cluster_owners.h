@@ -1,10 +1,11 @@
-// Distribution of neighbour lists over ranks. A list belongs to the owner of its first cluster. The
-// first clusters of a surface pair are cut into one contiguous range for each rank. The cuts depend
-// on the costs of earlier steps. They determine which rank computes a list, not its content. Each
-// expensive surface pair is cut separately, because some pairs have many contacts and others have
-// many feature pairs to test for impacts. Each rank thus gets about an equal part of the searches
-// for contacts and for impacts. All other surface pairs are cut together: their first clusters,
-// sorted by surface pair, form one sequence.
+// Distribution of neighbour lists over ranks. Each list belongs to two clusters, the first of which
+// is part of the first surface of a surface pair. For each surface pair, these first clusters are
+// cut into one contiguous range for each rank, and a rank computes the lists whose first cluster is
+// in its range. The cuts depend on the costs of earlier steps. They determine which rank computes a
+// list, but not what the list contains. Each expensive surface pair is cut separately, because some
+// pairs have many contacts and others have many feature pairs to test for impacts. Each rank thus
+// gets about an equal part of the searches for contacts and for impacts. All other surface pairs
+// are cut together: their first clusters, sorted by surface pair, form one sequence.
 #pragma once
 
 #include <vector>
@@ -34,12 +35,12 @@ class ClusterOwners {
 
   // Collective. `own_costs` has one entry for each first cluster of this rank. Cuts the first
   // clusters into new ranges if the costs of the present ranges differ too much. Boundaries near
-  // their best places stay, because lists that change their owner are made again.
+  // their best places stay, because a list that moves to another rank must be made again there.
   void cut(const std::vector<float>& own_costs);
   // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
-  // ranks. Tests set it to change the owners in every search.
+  // ranks. Tests set this variable to change the owners in every search.
   bool rotates() const { return rotates_; }
-  // Gives each range to the preceding rank.
+  // Gives each range to the preceding rank, and the range of rank 0 to the last rank.
   void rotate();
 
  private:
@@ -51,10 +52,10 @@ class ClusterOwners {
   void find_own_first();
 
   const Communicator& ranks_;
-  // Index of the first entry of each surface pair in the list of all first clusters, and the length
-  // of that list.
+  // Position of each surface pair's first entry in the sequence of all first clusters, followed by
+  // the length of the sequence.
   SectionStarts first_;
-  SectionRanges starts_;  // ranges of the first clusters of each surface pair
+  SectionRanges starts_;  // ranges of each surface pair, as positions in the same sequence
   // (surface pairs + 1) Number of first clusters of this rank in all earlier surface pairs. The
   // last entry is the number in all surface pairs.
   std::vector<std::size_t> own_first_;

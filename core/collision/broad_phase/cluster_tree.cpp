@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Growth factor of the total box area above which new clusters are formed. Does not affect which
-// pairs are found.
+// If the total area of the cluster boxes has grown by more than this factor, new clusters are
+// formed. The factor does not affect which pairs are found.
 constexpr double decay_limit = 1.5;
 constexpr Index refit_grain = 128;  // number of groups in a range of a parallel loop
 
@@ -78,7 +78,7 @@ struct FeatureGroups {
 };
 
 // Computes the boxes of features (`slabs`) and of whole groups (`of_group`) from vertex boxes. The
-// first entry of each output is that of the first group. Either output may be null.
+// first entry of each output belongs to group groups.begin. Either output may be null.
 template <class Lanes>
 LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureGroups& groups,
                                      SlabGroup* slabs, PackedSlabs* of_group) {
@@ -101,7 +101,8 @@ LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureG
 }
 
 // For nodes [begin, end) of a level, stores the boxes `below` of their children in groups (`slabs`)
-// and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups.
+// and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups by empty
+// boxes.
 template <class Lanes>
 LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {
@@ -111,7 +112,7 @@ LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index 
   }
 }
 
-// Makes room for at least n boxes. Discards all existing boxes if there is not enough room.
+// Makes room for at least n elements. Discards all existing elements if there is not enough room.
 template <class Boxes>
 void make_room(Boxes& boxes, std::size_t n) {
   if (boxes.size() >= n) return;
@@ -126,7 +127,7 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that each node is compact: bisects them recursively along the longest axis of
+// Orders items so that the nodes are compact: bisects them recursively along the longest axis of
 // the box around their centres. The first half of each bisection fills whole nodes.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;

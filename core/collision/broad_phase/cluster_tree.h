@@ -1,7 +1,8 @@
 // Bounding-volume hierarchy of one surface, or of a part of it, with up to eight children per node.
 // A leaf is a cluster of up to eight neighbouring faces and of the edges and vertices assigned to
-// it. Each feature is in one cluster, so each pair is visited once. Bounding volumes are 18-DOPs,
-// compared eight at a time. The shape of the tree does not affect which pairs are found.
+// it. Each feature is in one cluster, so each pair of features is visited once. Bounding volumes
+// are 18-DOPs, compared eight at a time. The shape of the tree does not affect which pairs are
+// found.
 #pragma once
 
 #include <vector>
@@ -28,12 +29,13 @@ class ClusterTree {
     std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids; -1 in empty lanes
   };
 
-  // The tree of a whole surface. It reads the triangles and edges of the model, which must stay
+  // The tree of a whole surface. It reads the triangles and edges of `model`, so `model` must stay
   // alive.
   ClusterTree(const CollisionModel& model, Index surface);
-  // The tree of a part of a surface. Takes its triangles and edges with vertex ids of the whole
-  // model. Triangle t has the id first_triangle + t; edge e has the id edge_ids[e]. The tree does
-  // not contain the vertices in `foreign`, which belong to the tree of another part of the surface.
+  // The tree of a part of a surface. `triangles` and `edges` are those of the part, with vertex ids
+  // of the whole model. Triangle t has the id first_triangle + t; edge e has the id edge_ids[e].
+  // The tree does not contain the vertices in `foreign`, which belong to the trees of other parts
+  // of the surface.
   ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids,
               std::vector<Index> foreign);
 
@@ -46,24 +48,26 @@ class ClusterTree {
   void forget() { built_area_ = -1.0; }     // the next refit forms new clusters
   int version() const { return version_; }  // changes whenever new clusters are formed
 
-  // The functions below refit in stages, so that ranks can divide a refit among themselves. Each
-  // rank computes the boxes of some clusters and receives those of the other clusters.
+  // The functions from formed() to set_nodes() refit in stages, so that ranks can divide a refit
+  // among themselves. Each rank computes the boxes of some clusters and receives those of the other
+  // clusters.
   bool formed() const { return built_area_ >= 0.0; }
   // Forms clusters at x. set_area() must follow.
   void form(const Points& x);
   // Sets the boxes of clusters [begin, end) in `boxes` from vertex boxes. `boxes` has n_slots()
-  // entries, and those beyond the last cluster must be empty.
+  // entries, and those beyond the last cluster must be empty boxes.
   void find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices, Index begin,
                   Index end, std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
   // Stores half the total area of the boxes of newly formed clusters, for has_grown(). The boxes
   // include `inflation` [m], but the area does not.
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
-  // Returns whether boxes have grown too much since clusters were formed.
+  // Returns whether the boxes of the clusters, which include `inflation` [m], have grown too much
+  // since the clusters were formed.
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
   // Recomputes the boxes of all nodes from those of all clusters.
   void set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes);
-  // Like refit(), but recomputes only the boxes of nodes.
+  // Like refit(), but recomputes only the boxes of nodes, not those of features.
   void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
                    double inflation, bool may_rebuild);
   // Recomputes the boxes of marked clusters and of their features, and forgets those of all other

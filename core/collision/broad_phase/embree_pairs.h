@@ -9,7 +9,7 @@
 namespace loomstone {
 
 // Calls visit(i, j) for each pair of a[i] and b[j] whose axis slabs overlap. May also visit some
-// other pairs. Visits pairs on the calling thread, in no particular order. Empty slabs have no
+// other pairs. Visits pairs on the calling thread, in no particular order. Empty boxes have no
 // pairs.
 void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
                   const std::function<void(Index, Index)>& visit);

@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// A search, which distributes the lists again, is due if the cost of one rank exceeds this multiple
-// of the mean cost, but not within `least_updates` updates of the last distribution. Our choice.
+// A search, which also distributes the lists again, is due if the cost of one rank exceeds this
+// multiple of the mean cost of the ranks and at least `least_updates` updates have followed the
+// last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
@@ -91,8 +92,8 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
 }
 
 // Makes the pass of this rank over its lists after begin_update(): checks the motion of vertices,
-// adds the change of distances in the last step to `used` of each list, and finds the lists that
-// must be made again.
+// adds the bound on the change of distances in the last step to `used` of each list, and finds the
+// lists that must be made again.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -140,15 +141,15 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether lists are widened and too many of them were made again in `upkeep_updates`
-// updates. Always returns false if a test rotates the owners.
+// Returns whether lists are widened and too many of them were made again in the last
+// `upkeep_updates` updates. Always returns false if a test rotates the owners.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
 }
 
-// Repeats the search for cluster pairs at the positions of the last update. Tries lists again for
-// surface pairs whose pause is over. `all` is true if no surface pair has lists.
+// Searches for cluster pairs at the positions of the last update. Tries lists again for surface
+// pairs whose pause is over. `all` is true if no surface pair has lists.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);
@@ -191,8 +192,9 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what)
 
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
-  // Cover::Reach does not need this call, because lists that are valid for it contain all pairs
-  // that an update requires.
+  // Makes the lists that the last update has marked, because find_ended_before() replaces the
+  // marks. This is not necessary for Cover::Reach, which requires all pairs that an update
+  // requires.
   if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
@@ -202,7 +204,8 @@ NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1)
   return pass;
 }
 
-// Finds lists that may lack pairs required by `cover_` for the motion from x_ to x1.
+// Finds the lists of this rank that may lack pairs required by `cover_` for the motion from x_ to
+// x1.
 NeighbourLists::Pass NeighbourLists::find_ended_before(const Team& team, const Points& x1) {
   const WorkTimer<double> timing(pass_seconds_, clock_);
   find_motions(team, x_, x1);
@@ -269,7 +272,7 @@ void NeighbourLists::find_ended(const Team& team, Pass& pass, Ends&& ends) {
 }
 
 // Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
-// above the largest slack, or if too many of them were made again.
+// above most_slack_, or if too many of its lists were made again.
 void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
   if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
     return;

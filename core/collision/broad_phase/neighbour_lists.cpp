@@ -12,11 +12,11 @@ namespace loomstone {
 namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps. The
-// upper bound is the larger one of `most_slack` and `most_slack_of_edge`. If the boxes of the two
-// clusters are farther apart than the base distance plus this slack, the slack is increased to the
-// gap between them minus the base distance. In the search for cluster pairs, vertex boxes cover
-// `steps_ahead` steps plus a margin.
+// `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps.
+// `most_slack` and `most_slack_of_edge` each give an upper bound, of which the larger one applies.
+// If the boxes of the two clusters are farther apart than the base distance plus this slack, the
+// slack is increased to the gap between the boxes minus the base distance. In the search for
+// cluster pairs, vertex boxes cover `steps_ahead` steps plus a margin.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // multiples of the thickness
 constexpr double most_slack_of_edge = 0.6;             // multiple of the mean edge length
@@ -114,7 +114,7 @@ void NeighbourLists::find_slacks_and_margins(const Points& x) {
     margin_[s] = std::clamp(margin_[s], least_margin * inflation_[s], most_margin * inflation_[s]);
 }
 
-// Finds the motions of the clusters in the lists of this rank.
+// Finds the motions from x0 to x1 of all clusters in the lists of this rank.
 void NeighbourLists::find_motions(const Team& team, const Points& x0, const Points& x1) {
   for (std::size_t s = 0; s < used_.size(); ++s) {
     const std::vector<Index>& used = used_[s];
@@ -131,8 +131,8 @@ double NeighbourLists::change_bound(const NeighbourList& list) const {
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
-// Distributes the lists over the ranks so that an update costs about the same on each rank. Lists
-// that move to another rank are made again there.
+// Distributes the lists over the ranks so that the work on them takes about the same time on each
+// rank. Lists that move to another rank are made again there.
 void NeighbourLists::distribute() {
   if (owners_.rotates()) return owners_.rotate();
   if (updates_ == 0 || ranks_.size() == 1) return;
@@ -146,8 +146,9 @@ void NeighbourLists::distribute() {
 }
 
 // Finds the pairs of clusters that come near each other while vertices move from the positions of
-// the last update() towards x1. The motion is extrapolated over `steps_ahead` steps. May form new
-// clusters in every eighth search, and in any search if `may_rebuild` is set.
+// the last update() towards x1, and gives each of these pairs a list. The motion is extrapolated
+// over `steps_ahead` steps. May form new clusters in every eighth search, and in any search if
+// `may_rebuild` is set.
 void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild) {
   ++n_searches_;
   settled_ = false;
@@ -187,8 +188,8 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   find_used();
 }
 
-// Replaces the lists by those of the cluster pairs in `found`. Keeps an existing list if the
-// clusters of neither surface have been formed again.
+// Replaces the lists by those of the cluster pairs in `found`. Keeps the existing list of such a
+// cluster pair unless clusters of one of the two surfaces have been formed again (`formed`).
 void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;
@@ -212,7 +213,8 @@ void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
   }
 }
 
-// Finds the clusters and vertices in the lists of this rank, and counts the lists.
+// Finds the clusters and vertices in the lists of this rank, and counts the lists of each surface
+// pair.
 void NeighbourLists::find_used() {
   for (std::vector<Index>& used : used_) used.clear();
   vertices_.clear();

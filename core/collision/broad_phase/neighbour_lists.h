@@ -1,10 +1,10 @@
 // Neighbour (Verlet) lists of pairs of nearby features, kept over several steps. Each pair of
 // neighbouring clusters has a list. The set of cluster pairs stays valid while vertices remain
-// within a margin around their expected motion. A list stays valid while distances have changed by
-// at most its slack. The relative displacement of the two clusters bounds this change, so clusters
-// that move together keep their list. A valid list contains all near pairs, except those that the
-// broad phase excludes, so the lifetime of lists does not affect results. Each list exists on one
-// rank only.
+// within a margin around their expected motion. A list stays valid as long as distances have
+// changed by at most its slack. The relative displacement of the two clusters bounds this change,
+// so clusters that move together keep their list. A valid list contains all near feature pairs of
+// its two clusters, except those that the broad phase excludes, so the lifetime of lists does not
+// affect results. Each list exists on one rank only.
 #pragma once
 
 #include <algorithm>
@@ -37,15 +37,15 @@ struct NeighbourList {
   Index a, b;               // clusters in the trees of the two surfaces
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
   // A list contains all pairs that were closer than NeighbourLists::base_ plus this slack [m] when
-  // it was made. -1: not made.
+  // the list was made. -1: the list has not been made.
   double slack = -1.0;
   double used = 0.0;  // bound on the change of distances since the list was made [m]
   // Bound on the change of distances in one step [m]. After update(), it applies to the last step,
-  // or to the expected step if update() has searched for cluster pairs. After cover(), it applies
-  // to the motion from the last update() to x1.
+  // or to the extrapolated next step if update() has searched for cluster pairs. After cover(), it
+  // applies to the motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
-  float cost = 0.0f;     // estimated cost of work since lists were distributed [ns]
+  float cost = 0.0f;     // estimated cost of work on this list since lists were distributed [ns]
   float spent = 0.0f;    // time spent since lists were distributed [ns]; ranks balance these times
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
@@ -58,7 +58,7 @@ struct NeighbourList {
 };
 
 // Approximate costs of work on lists [ns]. NeighbourLists::work_on() divides measured times among
-// lists in proportion to them. The values are fitted to measured times.
+// lists in proportion to these costs. The values are fitted to measured times.
 struct ListCosts {
   static constexpr float list = 60.0f;        // visiting a list
   static constexpr float pair = 3.0f;         // reading a pair of a list
@@ -93,10 +93,11 @@ class WorkTimer {
 
 class NeighbourLists {
  public:
-  // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
-  // it has more than `most_per_cluster` cluster pairs per cluster of both surfaces, if many of its
-  // lists change too fast to last, or if too many of its widened lists are made again. Its lists
-  // are tried again in the next update, or after a pause if they are widened.
+  // Some surface pairs are unlisted and are searched in full each time. A surface pair becomes
+  // unlisted if it has more than `most_per_cluster` times as many cluster pairs as its two surfaces
+  // have clusters, if distances change so fast that many of its lists would not last, or if too
+  // many of its widened lists are made again. Its lists are tried again in the next update, or
+  // after a pause if they are widened.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
@@ -104,19 +105,21 @@ class NeighbourLists {
   // Result of the pass of a rank over its lists.
   struct Pass {
     bool unexpected = false;  // vertices left their expected motion, or lists are tried again
-    // An update at the end of the motion needs a search. Set only for Cover::Gap on several ranks.
+    // An update at x1, the end of the motion of cover(), needs a search. Set only for Cover::Gap on
+    // several ranks.
     bool due = false;
     bool fast = false;  // a surface pair may have to be unlisted
-    double cost = 0.0;  // time spent on all lists since they were distributed [ns]
+    double cost = 0.0;  // time spent on all lists of the rank since lists were distributed [ns]
   };
 
   // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
   // All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed. The next
-  // update() makes the lists again.
+  // update() then makes all lists again. Does nothing if the lists are already this wide.
   void widen(double extra);
 
-  // Collective. After update() and make_ended(), the lists contain all pairs of features whose
-  // distance at positions x is less than the thickness, except those of unlisted surface pairs.
+  // Collective. After update() and make_ended(), the lists of all ranks together contain all pairs
+  // of features whose distance at positions x is less than the thickness, except those of unlisted
+  // surface pairs.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
   std::int64_t n_updates() const { return n_updates_; }  // number of updates so far
@@ -125,9 +128,9 @@ class NeighbourLists {
   // unlisted surface pairs. Vertices move from the positions of the last update() to x1.
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
   // Reach: all pairs that meet two conditions. The 18-DOPs of the motions of both features overlap
-  // if inflated by half the thickness plus half the extra distance of widen(). The distance of the
-  // features at the start is at most the thickness plus the extra distance plus their relative
-  // displacement.
+  // if inflated by half the thickness plus half the extra distance of widen(). The distance between
+  // the features at the start is at most the thickness plus the extra distance plus the relative
+  // displacement of the features.
   enum class Cover { Gap, Reach };
 
   // Collective. Makes the lists valid for the motion to x1; see Cover.
@@ -135,10 +138,11 @@ class NeighbourLists {
 
   // The next six functions are the parts of update() and cover(). With them, ranks can test pairs
   // before they know that the lists are complete, and send results and passes in one gather. All
-  // ranks first call begin_update(). Each rank then calls pass_at_x(), and tests the pairs in its
-  // lists unless Pass::unexpected is set. Finally, it gives the passes of all ranks to
-  // end_update(). If end_update() returns false, it has added missing lists, and the ranks repeat
-  // the passes and the tests. The parts of cover() are used in the same way.
+  // ranks first call begin_update(). Each rank then calls pass_at_x(). Unless Pass::unexpected is
+  // set, the rank also calls make_ended() and tests the pairs in its lists. Finally, each rank
+  // gives the passes of all ranks to end_update(). If end_update() returns false, it has added
+  // missing lists, and the ranks repeat the passes and the tests. The parts of cover() are used in
+  // the same way.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
@@ -169,8 +173,9 @@ class NeighbourLists {
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
   bool listed(Index pair) const { return unlisted_[pair] == 0; }
-  // Returns the feature pairs closer than the thickness at the positions of the last update(), for
-  // unlisted surface pairs. Each feature pair is found by one rank.
+  // Returns, for each surface pair, the feature pairs closer than the thickness at the positions of
+  // the last update() if the surface pair is unlisted, and no feature pairs if it is listed. Each
+  // feature pair is found by one rank.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
@@ -179,8 +184,8 @@ class NeighbourLists {
   // that reading the clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
-  // Each of the next two functions returns the time spent since its last call [s], in searches
-  // without lists or in passes over all lists.
+  // Time spent in searches without lists, and time spent in passes over all lists. Each function
+  // returns the time since its own last call [s].
   double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
   double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
 
@@ -190,13 +195,14 @@ class NeighbourLists {
 
  private:
   // Upkeep of the lists of a surface pair on this rank: number of updates, number of lists summed
-  // over these updates, and number of lists that were made again.
+  // over these updates, and number of lists made in them. The first lists of a surface pair, and
+  // its first lists after it was unlisted, do not count as made.
   struct Upkeep {
     int updates = 0;
     std::int64_t lists = 0, made = 0;
   };
-  // Number of lists of a surface pair on a rank, number of those with a `change` above the largest
-  // slack, and upkeep.
+  // Number of lists of a surface pair on a rank, number of those with a `change` above most_slack_,
+  // and upkeep.
   struct Counts {
     std::int64_t lists = 0, fast = 0;
     Upkeep upkeep;
@@ -204,8 +210,8 @@ class NeighbourLists {
 
   static constexpr int pause = 64;           // initial value in unlisted_ if lists are widened
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
-  // Calls work(list) for the n lists list_at(i), and divides the time that this takes among them in
-  // proportion to their estimated costs.
+  // Calls work(list) for the n lists list_at(i), and divides the time that this takes among the
+  // lists in proportion to the estimated costs of this work.
   template <class ListAt, class Work>
   void work_on(Index n, ListAt&& list_at, Work&& work) const {
     using Clock = std::chrono::steady_clock;
@@ -296,8 +302,8 @@ class NeighbourLists {
   // and the end of the motion in the last cover() that determined Pass::due.
   Points from_, to_, covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
-  bool unchecked_ = false;    // the ranks have not gathered the passes of the last update
-  bool uncovered_ = false;    // the ranks have not gathered the passes of the last cover
+  bool unchecked_ = false;    // the passes of the last update() have not been gathered yet
+  bool uncovered_ = false;    // the passes of the last cover() have not been gathered yet
   Cover cover_ = Cover::Gap;  // argument of the last begin_cover()
   GatherRoom contact_room_;
   // Vertices whose boxes in BroadPhase::vertex_boxes() are those of their positions in x_, without

@@ -154,8 +154,8 @@ LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array
   return ((first != ends[0]) & (first != ends[1])) & ((second != ends[0]) & (second != ends[1]));
 }
 
-// Appends the slot pairs of edge `own` with each edge of `groups` that overlaps it and shares no
-// vertex with it. If `upper`, tests only slots after the slot of `own`.
+// For each edge in `groups` that overlaps edge `own` and shares no vertex with it, appends the pair
+// of the slots of both edges. If `upper`, tests only slots after the slot of `own`.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
                                      bool upper, Pairs& out) {
@@ -171,9 +171,9 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
   }
 }
 
-// Appends the slot pairs of edges of a and b that overlap and share no vertex. First masks out
-// edges that lie outside the box of the other cluster. If `upper`, pairs each edge of a only with
-// later slots of b.
+// Appends the pairs of slots of an edge of a and an edge of b that overlap and share no vertex.
+// First masks out edges that lie outside the box of the other cluster. If `upper`, pairs each edge
+// of a only with later slots of b.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
@@ -206,7 +206,7 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
 }
 
 // Returns upper bounds for the components of packed boxes. A packed box overlaps `box`, widened by
-// `reach`, if no component exceeds its bound.
+// `reach`, if none of its components exceeds the corresponding bound.
 LOOMSTONE_INLINE PackedSlabs limits_of(const PackedSlabs& box, const Reach& reach) {
   PackedSlabs limit = {};
   for (int k = 0; k < n_slabs; ++k) {

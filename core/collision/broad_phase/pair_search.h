@@ -51,7 +51,8 @@ class PairSearch {
     return begin < first.end && begin + n > first.begin;
   }
 
-  // Calls visit(a, b) for the overlapping pairs of clusters below `start` with a in `first`.
+  // Calls visit(a, b) for the overlapping pairs of clusters below `start` whose first cluster a is
+  // in the range `first`.
   template <class Visit>
   void clusters(const Nodes& start, IndexRange first, Visit&& visit) const {
     std::vector<Nodes> stack = {start};
@@ -66,8 +67,9 @@ class PairSearch {
     }
   }
 
-  // Calls visit(kind, first, second) for each pair of features of clusters a and b that share no
-  // vertex and whose boxes overlap if one of them is widened by `reach` [m].
+  // Calls visit(kind, first, second), with the ids of the features, for each pair of features of
+  // clusters a and b that share no vertex and whose boxes overlap if one of them is widened by
+  // `reach` [m].
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -15,7 +15,8 @@ Index n_cloth_vertices(const CollisionModel& model) {
   return n;
 }
 
-// Returns for each vertex the lowest partition of its triangles.
+// Returns for each vertex the lowest index of a partition that contains one of its triangles, or
+// `n_parts` if the vertex has no triangle.
 std::vector<Index> part_of_vertices(const CollisionModel& model,
                                     const std::vector<Index>& part_of_triangle, Index n_parts) {
   std::vector<Index> part(model.n_vertices, n_parts);
@@ -36,10 +37,11 @@ void each_side(const Triangles& triangles, Index t, Visit&& visit) {
   }
 }
 
-// Returns for each edge the lowest partition of its triangles.
+// Returns for each edge the lowest index of a partition that contains one of its triangles.
 std::vector<Index> part_of_edges(const CollisionModel& model,
                                  const std::vector<Index>& part_of_triangle, Index n_parts) {
-  // First edge of each vertex. Edges are sorted by their smaller vertex.
+  // For each vertex, the index of the first edge of which it is the smaller vertex. Edges are
+  // sorted by their smaller vertex.
   std::vector<Index> first_edge(model.n_vertices + 1, 0);
   for (Index e = 0; e < model.edges.rows(); ++e) ++first_edge[model.edges(e, 0) + 1];
   for (Index v = 0; v < model.n_vertices; ++v) first_edge[v + 1] += first_edge[v];
@@ -144,7 +146,8 @@ void PartitionTrees::add_root_test(Index a, Index b, std::vector<NodeTest>& test
 std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
   std::vector<NodeTest> tests;
   std::int64_t dealt = 0;  // number of top-level tests that have been assigned to ranks
-  // Assigns the next `n` tests to ranks: calls add(i) for each test i that belongs to this rank.
+  // Assigns the next `n` tests to ranks: calls add(i) for each of these tests that belongs to this
+  // rank, where i counts the `n` tests from 0.
   const auto deal = [&](Index n, auto&& add) {
     for (std::int64_t i = (rank - dealt % n_ranks + n_ranks) % n_ranks; i < n; i += n_ranks)
       add(static_cast<Index>(i));
@@ -183,7 +186,8 @@ PartitionTrees::Clusters PartitionTrees::clusters_of(const NodeTest& test) const
           part.first_cluster + static_cast<std::size_t>(last)};
 }
 
-// Calls visit(other) for the second hierarchy of each top-level test that starts with `hierarchy`.
+// Calls visit(other) for each top-level test whose first hierarchy is `hierarchy`, where `other` is
+// the second hierarchy of the test.
 template <class Visit>
 void PartitionTrees::each_partner(Index hierarchy, Visit&& visit) const {
   const Index s = parts_[hierarchy].surface;

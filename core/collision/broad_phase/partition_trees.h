@@ -33,7 +33,7 @@ class PartitionTrees {
   PartitionTrees(const CollisionModel& model, const std::vector<SurfacePair>& pairs, int n_parts);
 
   // Recomputes all boxes. If `may_rebuild` is set, hierarchies whose boxes have grown too much are
-  // built again at x0.
+  // built again at motion.x0.
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
 
   // Top-level tests compare each partition with itself, with each other partition, and with each
@@ -46,8 +46,8 @@ class PartitionTrees {
   std::size_t n_clusters() const;
   // Returns the index of the first cluster in the first node of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
-  // Returns the tests whose first nodes consist of clusters with the indices `begin` to `end` - 1.
-  // They replace the top-level tests for these clusters. A top-level test whose first node also
+  // Returns tests whose first nodes contain only clusters with the indices `begin` to `end` - 1.
+  // For these clusters, they replace the top-level tests. A top-level test whose first node also
   // contains other clusters is expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
 
@@ -79,13 +79,14 @@ class PartitionTrees {
     ClusterTree tree;
     std::size_t first_cluster;  // index of its first cluster
   };
-  // Hierarchies first_part to last_part - 1 belong to a surface.
+  // The hierarchies of a surface are those with the indices first_part to last_part - 1.
   struct Surface {
     Index first_part = 0, last_part = 0;
     Slabs box;  // combined box of the roots of its hierarchies
   };
 
-  // A node is stored as its level and its index on the level.
+  // A node is stored as one number: its level, followed by its index on this level in the lowest
+  // index_bits bits.
   static constexpr int index_bits = 27;
   static Index node(int level, Index index) { return level << index_bits | index; }
   static int level_of(Index node) { return node >> index_bits; }

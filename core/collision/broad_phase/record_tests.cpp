@@ -19,7 +19,7 @@ struct Numbered {
   Index number;
 };
 
-// Performs one traversal, numbers its tests and measures their costs.
+// Performs the tests of one search, numbers them and measures their costs.
 class Recorder {
  public:
   Recorder(const TaskPool::Perform& perform, RecordedTests& tests)

@@ -1,7 +1,7 @@
 // Divides the first tests of dynamic searches among ranks according to the costs of earlier
 // searches. The clusters of all hierarchies, in order, are cut into one contiguous range for each
-// rank. A rank starts with the tests whose first cluster is in its range. Costs determine which
-// rank receives a test at the start. They do not affect results.
+// rank. A rank starts with the tests whose first node contains only clusters of its range. Costs
+// determine which rank receives a test at the start. They do not affect results.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,8 @@ class SearchDeal {
 
   // Starts a search. Returns whether it measures costs.
   bool begin(int threads);
-  // Adds the cost [s] of a test with the given first cluster. Threads call it concurrently.
+  // Adds the cost [s] of a test. `cluster` is the first cluster in the first node of the test.
+  // Threads call this function concurrently.
   void add(int thread, std::size_t cluster, double seconds);
   // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
   void end(const Communicator& ranks, int n_ranges);
@@ -33,7 +34,7 @@ class SearchDeal {
 
   // Returns whether the clusters have been cut.
   bool known() const { return !starts_.empty(); }
-  // First cluster of the range of each rank, and the number of clusters.
+  // First cluster of the range of each rank, followed by the number of clusters.
   const std::vector<std::size_t>& starts() const { return starts_; }
 
  private:

@@ -48,7 +48,8 @@ void SharedRefit::form(Index surface, const Points& x) {
   find_members(surface);
 }
 
-// Finds the boxes of all clusters of the surfaces `which`.
+// Collective. Finds the boxes of all clusters of the surfaces `which` from the vertex boxes that
+// `box` returns.
 void SharedRefit::find_boxes(const Team& team, const std::vector<Index>& which,
                              const VertexBox& box, std::vector<PackedSlabs>& vertices) {
   results_of_ranks(ranks_, [&] {

@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 // The trees are expanded on one thread until there are at least this many branches, or only leaves.
-// A loop then divides them among the threads.
+// A loop then divides the branches among the threads.
 constexpr std::size_t enough_branches = 256;
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Search for pairs of features that is divided among all ranks ([Thomaszewski2010], 5.3). The
 // hierarchies of the partitions are traversed from their roots in every search. Traversal and the
-// tests of feature pairs form one stream of work, so ranks communicate only to balance it and to
-// gather results at its end.
+// tests of feature pairs form one stream of work, so ranks communicate only to balance this work
+// and to gather results at the end.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,8 @@ class SharedSearch {
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);
-  // Divides the rows of all cloths together into `n_parts` ranges, whatever the number of ranks.
+  // Like the first constructor, but divides the rows of all cloths together into `n_parts` ranges
+  // instead of one range for each rank.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator, int n_parts);

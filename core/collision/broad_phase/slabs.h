@@ -41,7 +41,8 @@ inline bool overlapping(const Slabs& a, const Slabs& b) {
 }
 
 // Returns the slabs of a point that moves from x0 to x1. They are inflated so that the slabs of two
-// points overlap whenever the points come within 2 * inflation [m] of each other.
+// points, both with this inflation, overlap whenever the points come within 2 * inflation [m] of
+// each other.
 inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
   // Relative and absolute margins, larger than the rounding error of a float.
   constexpr float outwards = 2.4e-7f, tiny = 1e-37f;
@@ -64,7 +65,7 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
 
 // Slabs for vector arithmetic: nine lower bounds, nine negated upper bounds, then zeros. With this
 // sign convention, the union of two boxes is a component-wise minimum. In an empty box, all values
-// are infinite.
+// are positive infinity.
 inline constexpr int n_slab_packs = 3;
 
 struct alignas(32) PackedSlabs {

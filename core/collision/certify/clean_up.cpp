@@ -14,7 +14,8 @@ namespace {
 // target is at most the distance at the start or twice the gap floor, whichever is larger.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
-constexpr double tolerance = 1e-3;  // of Impulses::solve(), relative to the first target gap
+// Tolerance of Impulses::solve(), relative to the target gap with which a contact was added.
+constexpr double tolerance = 1e-3;
 
 bool before(const ImpulseContact& a, const ImpulseContact& b) {
   return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);

@@ -1,7 +1,7 @@
 // Displacements of a step, from which certification withholds motion. A unit is a single cloth
 // vertex or a whole free body. A unit can be carried by a surface or by vertices that certification
 // cannot move, such as a moving obstacle or prescribed vertices. The unit then follows this
-// carrier, and withhold() affects only its relative motion:
+// carrier, and withhold() affects only the motion of the unit relative to the carrier:
 //   x1 = x0 + carry + share (displacement - carry)
 // `carry` is the displacement that the carrier gives the unit, and `share` is the fraction of the
 // relative motion that the unit keeps. The pose of a body is interpolated in the same way.
@@ -29,15 +29,15 @@ class Displacements {
   double share(Index v) const { return share_[unit(v)]; }
   bool carried(Index v) const { return carrier_[unit(v)] != none; }
 
-  // Makes the unit of `v` follow the immovable vertices of an impact, unless the unit has a carrier
-  // or these vertices are at rest.
+  // Makes the unit of `v` follow the immovable vertices of an impact, unless the unit already has a
+  // carrier or these vertices are at rest.
   void carry_with_immovable(Index v, const StepImpact& impact);
   // Makes the unit of `v` follow the carrier of `other`.
   void carry_with_vertex(Index v, Index other);
   bool same_carrier(Index v, Index other) const;
 
-  // Multiplies the unit's motion relative to its carrier by `factor`. If less than 0.1 % of it is
-  // left, withholds all of it.
+  // Multiplies the unit's motion relative to its carrier by `factor`. If less than 0.1 % of the
+  // requested relative motion is left, withholds all of it.
   void withhold(Index unit, double factor);
   // Withholds all motion of a unit, including the motion that its carrier gives it.
   void withhold_all(Index unit);

@@ -14,10 +14,11 @@ constexpr int partial_passes = 8;      // later passes withhold all of a unit's 
 // cannot be resolved could recur forever.
 constexpr int most_passes = 40;
 
-// Gives a common carrier to units that still collide although all their relative motion is
-// withheld. Such units collide because their carriers move differently. Units without a carrier
-// follow the first carried unit, or the immovable vertices if no unit is carried. If all units are
-// carried, they follow the carrier of the first. Returns false if nothing changes.
+// Gives a common carrier to the movable units of an impact that remains although all their relative
+// motion is withheld. The motion of carriers or of immovable vertices then causes the impact. Units
+// without a carrier follow the carrier of the first carried unit or, if no unit is carried, the
+// immovable vertices. If all units are carried, they follow the carrier of the first one. Returns
+// false if nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;

@@ -12,8 +12,8 @@
 namespace loomstone {
 
 // Withholds motion of movable vertices and of whole free bodies. A vertex that collides with a
-// moving obstacle follows the obstacle. At first, it loses only its motion relative to the obstacle
-// and is tested again. Returns a report whose `impacts` the caller must set.
+// moving obstacle follows the obstacle. At first, it loses only motion relative to the obstacle,
+// and is then tested again. Returns a report whose `impacts` the caller must set.
 CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                               std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 

@@ -22,8 +22,8 @@ struct CollisionSurface {
   double friction = 0.3;       // friction coefficient [1]; pairs of surfaces use the geometric mean
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body), else -1
-  // If true, normals of contacts with its faces are interpolated from vertex normals, and its edges
-  // have no contacts. EventContacts does not use this flag.
+  // If true, normals of contacts with faces of this surface are interpolated from vertex normals,
+  // and edges of this surface have no contacts. EventContacts does not use this flag.
   bool smooth = false;
 };
 
@@ -57,8 +57,8 @@ struct CollisionModel {
   }
 };
 
-// Returns whether triangles of surfaces a and b must not intersect. This requires at least one
-// cloth and, if a == b, self-collision.
+// Returns whether triangles of surfaces a and b must not intersect. This is so if at least one of
+// the surfaces is cloth and, if a == b, this cloth has self-collision.
 inline bool kept_apart(const CollisionModel& model, Index a, Index b) {
   const auto cloth = [&](Index s) {
     return model.surfaces[s].kind == CollisionSurface::Kind::Cloth;

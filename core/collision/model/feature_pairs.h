@@ -20,7 +20,8 @@ struct SurfacePair {
 
 std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
 
-// A feature pair packed as a << 32 | b. The ids are a vertex and a triangle, or two edges (a < b).
+// A feature pair packed as a << 32 | b, where a and b are the ids of a vertex and a triangle, or of
+// two edges (a < b).
 using PairKey = std::uint64_t;
 inline PairKey pair_key(Index a, Index b) {
   return static_cast<PairKey>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
@@ -28,12 +29,12 @@ inline PairKey pair_key(Index a, Index b) {
 inline Index first_of(PairKey key) { return static_cast<Index>(key >> 32); }
 inline Index second_of(PairKey key) { return static_cast<Index>(key & 0xffffffffu); }
 
-// Returns a number below 2^63 that sorts feature pairs by (kind, a, b).
+// Returns a sort key below 2^63 that orders feature pairs by (kind, a, b).
 inline std::uint64_t pair_order(ContactKind kind, PairKey key) {
   return static_cast<std::uint64_t>(kind) << 62 | (key >> 32) << 31 | (key & 0x7fffffffu);
 }
 
-// Returns the same number for any type with members kind, a and b, such as Contact.
+// Returns the sort key of a feature pair of any type with members kind, a and b, such as Contact.
 template <class Pair>
 std::uint64_t pair_order(const Pair& pair) {
   return pair_order(pair.kind, pair_key(pair.a, pair.b));
@@ -46,7 +47,7 @@ struct FeaturePairs {  // in results of BroadPhase, both lists are in ascending 
   std::vector<PairKey> vertex_face, edge_edge;
 };
 
-// Returns the vertex and the face corners, or the ends of edge a and then of edge b.
+// Returns the vertex and the corners of the face, or the ends of edge a and then those of edge b.
 inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind,
                                           PairKey key) {
   const Index a = first_of(key), b = second_of(key);

@@ -18,23 +18,25 @@ struct FreeBody {
   // True if the body was pressed against an obstacle in the last step of RigidWorld, directly or
   // through other bodies. CleanUp then does not move it.
   bool supported = false;
-  RigidPose start, end;  // poses of the centre of mass; corrections change `end`
-  // Total correction of the end pose. Divided by the length of the part, it is a change of velocity
-  // and of angular velocity.
+  RigidPose start, end;  // poses at the start and end of the part; corrections change `end`
+  // Total corrections of `end`: displacement and rotation vector. Divided by the length of the
+  // part, they are the changes of velocity and angular velocity.
   Vec3 moved = Vec3::Zero();   // [m]
   Vec3 turned = Vec3::Zero();  // [rad]
 };
 
-// Bodies in the order of CollisionSurface::body.
+// Element i is the body whose surface has CollisionSurface::body == i.
 using FreeBodies = std::vector<FreeBody>;
 
-// Returns the body of a collision vertex; -1 if it belongs to none or `bodies` is empty.
+// Returns the index of the body to which a collision vertex belongs. Returns -1 if the vertex does
+// not belong to a body, or if `bodies` is empty.
 inline Index body_of_vertex(const CollisionModel& model, const FreeBodies& bodies, Index vertex) {
   if (bodies.empty()) return -1;
   return model.surfaces[model.surface_of_vertex[vertex]].body;
 }
 
-// Writes the body's vertices at `pose` into x. Returns whether any coordinate changed.
+// Sets the rows of x that belong to the body to the positions of its vertices at `pose`. Returns
+// whether any coordinate changed.
 bool place_body(const CollisionModel& model, const FreeBody& body, const RigidPose& pose,
                 Points& x);
 

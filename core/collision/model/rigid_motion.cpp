@@ -29,7 +29,7 @@ RigidMotion rigid_motion(const Eigen::Ref<const Points>& start,
   if (n < 3) return motion;
   motion.from = start.row(0).transpose();
   motion.to = end.row(0).transpose();
-  // For a pure translation, the rotation is exactly the identity.
+  // A pure translation is tested first, so that its rotation is exactly the identity.
   const double size = (start.rowwise() - start.row(0)).rowwise().norm().maxCoeff();
   const double tolerance = 1e-10 * std::max(size, motion.from.norm());
   const auto residual = [&] {

@@ -13,7 +13,7 @@ namespace {
 template <int N>
 struct Differences {
   std::array<Vec3, N> start, end;
-  double rounding = 0.0;  // bound [m] on the rounding error of n . (a_i - b_j) for unit n
+  double rounding = 0.0;  // bound on the rounding error of n . (a_i - b_j), |n| = 1 [m]
 
   void finish() {
     double largest = 0.0;
@@ -22,8 +22,8 @@ struct Differences {
     rounding = 32.0 * std::numeric_limits<double>::epsilon() * largest;
   }
 
-  // Returns the last time up to which the plane with normal n keeps the features more than `floor`
-  // apart. Returns `time` if the plane does not separate them at `time`.
+  // Returns the last time in [time, 1] up to which the plane whose unit normal n points from b to a
+  // keeps the features more than `floor` apart. Returns `time` if it does not do so at `time`.
   double advance(const Vec3& n, double time, double floor) const {
     double last = 1.0;
     for (int k = 0; k < N; ++k) {
@@ -88,8 +88,8 @@ FourPoints at_time(const MovingPoints& q, double time) {
 template <class Kind, class FloorOf>
 Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   const typename Kind::D differences = Kind::differences(q);
-  // A plane perpendicular to the line of centres often proves separation without a search for
-  // closest points.
+  // A plane perpendicular to the line between the centres of the features at the start often proves
+  // separation without a search for closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
   if (length > 0.0 &&

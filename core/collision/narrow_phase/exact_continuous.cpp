@@ -1,7 +1,7 @@
 // Two features a and b touch when the set of differences a - b of their points contains the origin.
 // This set is a triangle for a vertex and a face, and a parallelogram for two edges. Its corners
 // move linearly. The corners are coplanar with the origin when a cubic vanishes. At such a time,
-// the set contains the origin if certain quadratics agree in sign.
+// the set contains the origin if certain quadratics agree in sign (see Inside).
 #include "core/collision/narrow_phase/exact_continuous.h"
 
 #include <algorithm>
@@ -60,8 +60,8 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
 // time when the origin lies in its plane.
 struct Inside {
   // One vector per side, perpendicular to the plane. If the signs of any coordinate disagree among
-  // the vectors (0 agrees with both), the origin is outside. If they agree and are not all 0, it is
-  // inside.
+  // the vectors (0 agrees with both signs), the origin is outside. If they agree and are not all 0,
+  // the origin is inside.
   std::vector<Curve> sides;
   // If all `sides` vanish, the corners lie on one line through the origin. The origin is then
   // inside unless some coordinate has the same strict sign for all corners.
@@ -91,8 +91,9 @@ struct Inside {
   }
 
   // Returns whether the triangle or parallelogram contains the origin at any time, given that the
-  // origin lies in its plane at all times. It suffices to test both ends and all roots, because
-  // signs change only at roots and the times of contact form a closed set.
+  // origin lies in its plane at all times. It suffices to test the start, the end, and the roots of
+  // all coordinates of `sides` and `corners`, because signs change only at these roots and the
+  // times of contact form a closed set.
   bool ever() const {
     if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
     for (const auto* curves : {&sides, &corners})

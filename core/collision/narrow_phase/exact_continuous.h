@@ -8,7 +8,8 @@
 
 namespace loomstone {
 
-// Both functions use integer arithmetic only. Points must be finite and can have any magnitude.
+// Both functions decide by integer arithmetic alone whether the features touch. Points must be
+// finite and can have any magnitude.
 bool exactly_meet_vertex_face(const MovingPoints& points);
 bool exactly_meet_edge_edge(const MovingPoints& points);
 

@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// Returns the sign of det(a - d, b - d, c - d): +1 if a, b, c appear clockwise from d, -1 if they
-// appear counter-clockwise, 0 if the four points are coplanar.
+// Returns the sign of det(a - d, b - d, c - d): +1 if a, b, c appear clockwise as seen from d, -1
+// if they appear counter-clockwise, 0 if the four points are coplanar.
 int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 // Returns the sign of the area of a, b, c projected along coordinate `dropped`. It is +1 if the

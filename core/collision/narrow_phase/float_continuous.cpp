@@ -128,8 +128,8 @@ LOOMSTONE_INLINE Sides sides_over(const Curves<Lanes>& curves, double low, doubl
 
 template <class Lanes, int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Lengths of pieces are multiples of the shortest length, 2^-40 of the interval. If a piece of
-  // this length is undecided, it stays open.
+  // Lengths of pieces of [0, 1] are multiples of the shortest length, 2^-40. If a piece of this
+  // length is undecided, it stays open.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves<Lanes> curves;

@@ -62,8 +62,8 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // Limbs from the lowest to the highest. The highest limb of a result is not zero. Up to
-  // `in_place` limbs are stored inline. If there are more, all limbs are on the heap.
+  // Limbs from the lowest to the highest. The highest limb of a result is not zero. The first
+  // `in_place` limbs are stored inline. Once more are pushed, all limbs are on the heap.
   class Limbs {
    public:
     Limbs() {}
@@ -119,7 +119,7 @@ class Integer {
     return false;
   }
 
-  // Returns a + b with the sign of b replaced by the given one.
+  // Returns a + b, where `b_negative` replaces the sign of b.
   static Integer sum(const Integer& a, const Integer& b, bool b_negative) {
     Integer result;
     const bool add = a.negative_ == b_negative, swapped = less(a.limbs_, b.limbs_);

@@ -17,7 +17,8 @@ Coefficients bernstein(const Polynomial& p) {
   return b;
 }
 
-// Subdivides at the midpoint by de Casteljau's algorithm. Both halves are scaled by 2^n.
+// Halves the interval of a polynomial of degree n with the Bernstein coefficients b, by de
+// Casteljau's algorithm. The coefficients over both halves are scaled by 2^n.
 void halve(const Coefficients& b, Coefficients& lower, Coefficients& upper) {
   const std::size_t n = b.size() - 1;
   Coefficients level = b;
@@ -41,8 +42,9 @@ Coefficients follow(Coefficients b, const std::vector<bool>& path) {
   return b;
 }
 
-// Returns the number of sign changes in the Bernstein coefficients b. This is the number of roots
-// inside the interval, counted with multiplicity, plus a non-negative even number.
+// Returns the number of sign changes in the Bernstein coefficients b of a polynomial over an
+// interval. It is the number of roots inside this interval, counted with multiplicity, plus a
+// non-negative even number.
 int variations(const Coefficients& b) {
   int count = 0, last = 0;
   for (const Integer& x : b) {
@@ -137,8 +139,8 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     halve(b, lower, upper);
     return upper.front().sign();
   }
-  // A few bisections determine most signs. At a common root of both polynomials, bisection may
-  // never end. This case is therefore tested after `bisections_before_test` bisections.
+  // A few bisections determine most signs. If this time is also a root of q, bisection may never
+  // end. This case is therefore tested after `bisections_before_test` bisections.
   constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int bisections = 0; variations(b) != 0; ++bisections) {

@@ -13,8 +13,8 @@ namespace loomstone {
 inline constexpr int query_lanes = 8;
 
 // Eight queries in structure-of-arrays layout. Element x[i][k][q] is coordinate k [m] of point i of
-// query q. Points 0 to 3 are the positions of the four vertices at the start of the step, and
-// points 4 to 7 their positions at its end.
+// query q. Points 0 to 3 are the four vertices at the start of the step, and points 4 to 7 the same
+// vertices at the end of the step.
 struct alignas(64) QueryBatch {
   double x[8][3][query_lanes];
 
@@ -27,8 +27,9 @@ struct alignas(64) QueryBatch {
 unsigned surely_apart_vertex_face(const QueryBatch& batch);
 unsigned surely_apart_edge_edge(const QueryBatch& batch);
 
-// Calls rest(i) in ascending order for each query i in [0, n) that the filter leaves undecided.
-// point(i, k) returns the address of point k of query i; points are numbered as in QueryBatch.
+// Calls rest(i), in ascending order of i, for each query i in [0, n) that the filter leaves
+// undecided. point(i, k) returns the address of point k of query i; points are numbered as in
+// QueryBatch.
 template <class Point, class Rest>
 void without_separated(bool vertex_face, Index n, Point&& point, Rest&& rest) {
   QueryBatch batch;

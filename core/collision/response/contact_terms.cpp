@@ -197,7 +197,8 @@ FrictionError ContactTerms::friction_at(const Team& team, const Points& displace
         const double along = n.dot(moved), k = law.share * tangential_;
         ContactForce normal = force_at_start(law);
         // Near the onset of the law, a contact is too soft to stop even a gentle motion within the
-        // step. Such a contact counts as closing only if contact_stiffness() has stiffened it.
+        // step. Such a contact counts as closing only if its stiffness, as determined by
+        // contact_stiffness() and multiplied by the share, is greater than that of the model.
         const bool resists =
             law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
         const bool closes = resists && law.distance + along < closing * law.distance;

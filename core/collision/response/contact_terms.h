@@ -57,8 +57,8 @@ class ContactTerms {
   // row of any rank. The sum over the ranks is the number of all terms, each counted once.
   std::int64_t n_counted() const { return n_counted_; }
   Index contact(std::size_t term) const { return laws_[term].contact; }
-  // Returns whether the first row of a term is one of `inputs.rows`. If ranks make terms for
-  // different rows, each term counts on one rank.
+  // Returns whether the first row of a term is one of `inputs.rows`. If each row belongs to
+  // `inputs.rows` of one rank only, each term counts on one rank.
   bool counts(std::size_t term) const { return laws_[term].counts; }
   std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_, counted_); }
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }

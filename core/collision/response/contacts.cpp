@@ -42,8 +42,9 @@ double edge_share(const Contact& contact, const Points& x0) {
   return share;
 }
 
-// Returns the normal interpolated from the vertices of the face, oriented like the flat normal.
-// Returns the flat normal if the interpolation degenerates.
+// Returns the unit normal at the closest point of a face, interpolated from the normals of the
+// vertices of the face and oriented like its flat normal. Returns the flat normal if the
+// interpolation degenerates.
 Vec3 rounded_normal(const SmoothNormals& normals, const std::array<Index, 4>& v,
                     const ClosestPair& closest, const Vec3& flat) {
   Vec3 sum = Vec3::Zero();
@@ -73,7 +74,7 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
   return !inside;
 }
 
-// Keeps only the nearest contact of a vertex with each smooth surface. Distance and interpolated
+// Keeps only the nearest contact of each vertex with each smooth surface. Distance and interpolated
 // normal are then continuous across faces. Of several equally near contacts, the first is kept.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
@@ -118,9 +119,9 @@ class ContactFinder {
     return distance_within(kind == ContactKind::VertexFace, p, reach) <= reach;
   }
 
-  // Returns the distance [m] of two features of surface pair i. Appends their contact to `out` if
-  // they are closer than the thickness. Two edges have a contact only if their closest points lie
-  // inside both edges and neither surface is smooth.
+  // Returns the distance [m] between two features of surface pair i. Appends their contact to `out`
+  // if they are closer than the thickness. Two edges have a contact only if their closest points
+  // lie inside both edges and neither surface is smooth.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);
@@ -218,7 +219,7 @@ class ContactFinder {
 };
 
 // Returns the contacts of the pairs in the lists of this rank, and those of the unlisted pairs that
-// it finds, sorted.
+// this rank finds. The contacts are sorted.
 std::vector<FoundContact> find_in_lists(const Team& team, const ContactFinder& finder,
                                         NeighbourLists& lists) {
   lists.make_ended(team);
@@ -351,7 +352,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const Points& forces) {
   std::vector<double> stiffness(contacts.size(), model.contact_stiffness);
   if (forces.rows() == 0) return stiffness;
-  double thickness = -1.0, of_half = 0.0;  // of the last contact: xi and 3/8 xi [m]
+  double thickness = -1.0, of_half = 0.0;  // thickness xi of the preceding contact, and 3/8 xi [m]
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     double pressing = 0.0;  // larger of the forces that press a free feature onto the other [N]

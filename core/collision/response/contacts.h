@@ -28,9 +28,10 @@ struct ContactSearch {
   ContactSelection* selection = nullptr;  // null: every rank keeps all contacts
 };
 
-// Collective. Finds the contacts at x. Each rank computes the distances of the pairs in its lists
-// and of the unlisted pairs that it finds, and receives the contacts of all ranks. update() or
-// begin_update() of `lists` must have been called with x. Stores the distances in `lists`.
+// Collective. Finds the contacts at x. Each rank tests the pairs in its lists and the unlisted
+// pairs that it finds, and then receives the contacts of all ranks. Stores the distances that it
+// computes for listed pairs in `lists`. update() or begin_update() of `lists` must have been called
+// with x.
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          NeighbourLists& lists);
 // Collective. Returns the same contacts as the function above, but uses no lists. Instead, the
@@ -38,7 +39,7 @@ ContactSet find_contacts(const Team& team, const ContactSearch& search, const Po
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          SharedSearch& shared);
 // Returns the contacts of all ranks. Not collective: the calling rank searches all surface pairs
-// and uses no lists. `broad_phase` must search the tasks of all ranks.
+// and uses no lists. `broad_phase` must search the tasks of all ranks (default TaskShare).
 ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, const Points& x,
                                BroadPhase& broad_phase);
 
@@ -48,9 +49,9 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 // with the smaller id counts as nearer. The remaining contacts of a vertex with faces of one
 // surface divide the force. One with normal n and force F has the share 1 / (1 + sum of max(0,
 // n.n')^2 min(1, F'/F)) over the others, with normals n' and forces F' (all at the same stiffness).
-// Shares of edge contacts fade to 0 where the closest point approaches an end or the edges become
-// parallel, because vertex contacts take over there. Shares are constant within a step. Energies
-// and derivatives are those of the force law, scaled by the shares.
+// Shares of edge contacts fade to 0 where a closest point approaches an end of its edge or the
+// edges become parallel, because vertex contacts take over there. Shares are constant within a
+// step. Energies and derivatives are those of the force law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

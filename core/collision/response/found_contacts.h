@@ -44,20 +44,21 @@ struct ContactTotals {
   std::vector<std::array<Index, 2>> surfaces;
 };
 
-// Returns the totals of `contacts`. They are those of all ranks only if `contacts` is complete.
+// Returns the totals of `contacts`. They are the totals of all ranks only if `contacts` contains
+// the contacts of all ranks.
 ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts);
 // Returns the totals of a set of contacts from `parts`, the totals of subsets that do not overlap.
 ContactTotals joined(const std::vector<ContactTotals>& parts);
 
-// Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with a
-// given row. If such a contact is that of a vertex with a face, the rank keeps all contacts of this
-// vertex with faces, because they divide their force among themselves. The rank of row 0 also keeps
-// the contacts of which no vertex moves with a row.
+// Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with one
+// of the rows of this rank (`rows`). If such a contact is that of a vertex with a face, the rank
+// keeps all contacts of this vertex with faces, because they divide their force among themselves.
+// The rank of row 0 also keeps the contacts of which no vertex moves with a row.
 class ContactSelection {
  public:
   ContactSelection(const CollisionModel& model, IndexRange rows);
 
-  // Returns the kept contacts. They are in order if the contacts of each rank are sorted.
+  // Returns the kept contacts. They are sorted if the contacts of each rank in `found` are sorted.
   std::vector<FoundContact> kept(const CollisionModel& model, const Gathered<FoundContact>& found);
   // Returns the totals of `found`, the contacts of all ranks. ContactTotals::n counts all contacts
   // of a vertex with one smooth surface as one.

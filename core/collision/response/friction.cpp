@@ -32,7 +32,7 @@ class BySecondEdge {
  public:
   BySecondEdge(const std::vector<Anchor>& anchors, const std::vector<Contact>& contacts,
                const std::vector<std::size_t>& which, Index n_edges) {
-    std::vector<std::uint8_t> wanted;  // (edges)
+    std::vector<std::uint8_t> wanted;  // (edges) 1: second edge of a given contact
     for (const std::size_t c : which)
       if (contacts[c].kind == ContactKind::EdgeEdge) {
         if (wanted.empty()) wanted.resize(n_edges, 0);
@@ -56,8 +56,8 @@ class BySecondEdge {
   std::vector<std::pair<Index, Index>> order_;
 };
 
-// Returns the anchor of each contact, or null if the contact has none. `contacts` and `anchors`
-// are sorted by pairs.
+// Returns for each contact the anchor of the same pair, or null if there is none. `contacts` and
+// `anchors` are sorted by (kind, a, b).
 std::vector<const Anchor*> own_anchors(const std::vector<Contact>& contacts,
                                        const std::vector<Anchor>& anchors) {
   std::vector<const Anchor*> found(contacts.size(), nullptr);
@@ -121,7 +121,8 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   const BySecondEdge turned(anchors, contacts, others, model.edges.rows());
   for (const std::size_t c : others) {
     const Contact& contact = contacts[c];
-    // Selects the neighbour with the largest normal force, or the first of several such neighbours.
+    // After all calls, found[c] is the anchor with the largest normal force among those of
+    // neighbouring pairs, or the first of several such anchors.
     const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
       if (found[c] && anchor.normal_force <= found[c]->normal_force) return;
       if (neighbours(model, contact.kind, theirs, ours)) found[c] = &anchor;

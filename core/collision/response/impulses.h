@@ -16,7 +16,8 @@
 namespace loomstone {
 
 // Constraint on the gap at the end of the step: n . sum_i w_i x1_i >= target. Weights and normal
-// are defined as in Contact. The fifth vertex is used if an edge pierces a triangle.
+// are defined as in Contact. The fifth vertex is used only for an edge and the triangle that it
+// pierces.
 struct ImpulseContact {
   ContactKind kind = ContactKind::VertexFace;
   PairKey key = 0;
@@ -38,13 +39,13 @@ struct ImpulseContact {
     std::copy(their_weights.begin(), their_weights.end(), weights.begin());
   }
 
-  // Set by prepare().
+  // The members from here on are set by prepare().
   std::array<double, 5> factor{};  // w / m of the cloth vertices [1/kg]
-  // Index of the body that the impulse moves, or -1. The other feature of such a contact belongs to
-  // cloth.
+  // Index of the body that the impulse moves, or -1 if it moves none. If it moves a body, the other
+  // feature belongs to cloth.
   Index body = -1;
   double body_weight = 0.0;          // sum of the weights of body vertices
-  Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]
+  Vec3 arm = Vec3::Zero();           // from the body's centre to where the impulse acts [m]
   double normal_inverse_mass = 0.0;  // change of the gap per change of `pressed` [1/kg]
   // Maps a tangential displacement to the change of `dragged` that causes it [kg].
   Mat3 tangential_mass = Mat3::Zero();

@@ -14,8 +14,9 @@
 
 namespace loomstone {
 
-// Corrects the end positions x1 of cloth and the end poses of `bodies` for the contacts and the
-// intersections at x0. A correction divided by the step [s] is the change of velocity.
+// Corrects the end positions x1 of cloth and bodies, and the end poses of `bodies`, for the
+// contacts and the intersections at x0. A correction divided by `step` [s] is the change of
+// velocity.
 void repel(const CollisionModel& model, const MotionInputs& inputs,
            const std::vector<Contact>& contacts, double step, Points& x1, FreeBodies& bodies);
 

@@ -1,4 +1,4 @@
-// State at the start of a step, as input to contact terms and to corrections of the motion.
+// Inputs of contact terms, and of corrections of the motion in a step.
 #pragma once
 
 #include <functional>
@@ -31,11 +31,12 @@ class VertexVelocities {
 
 // Inputs for terms of the implicit solve, with n collision vertices and b bodies.
 struct ContactInputs {
-  const Points& x0;                     // (n x 3) [m]
-  const VertexVelocities& v0;           // those of obstacles enter ExtraTerm::drift
+  const Points& x0;  // (n x 3) positions at the start [m]
+  // Predicted velocities. Those of obstacle vertices enter ExtraTerm::drift.
+  const VertexVelocities& v0;
   const VertexVelocities& last_change;  // last velocity change, scaled to `step`; 0 if unknown
   const Points& body_centres;           // (b x 3) centres of mass [m]
-  double step;                          // h [s]
+  double step;                          // length h of the step [s]
   Index n_cloth;                        // number of cloth vertices; rows of bodies follow
   const Vector& inverse_mass;           // (n) inverse masses of free cloth vertices, else 0 [1/kg]
   // (n_cloth x 3) elastic and external forces on cloth at the start [N]; 0 rows if they are not

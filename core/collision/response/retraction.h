@@ -19,7 +19,7 @@ struct RetractedMotion {
 };
 
 // Computes the motion from the positions x (n x 3) [m] at the start of the step and the velocities
-// `velocity` (n x 3) [m/s] without retraction: those at the start, or the mean velocities of a
+// `velocity` (n x 3) [m/s] without retraction: ContactInputs::v0, or the mean velocities of a
 // motion that is to be corrected. `inverse_mass` (n) [1/kg] is 0 for prescribed vertices. `step` is
 // the length of the step [s].
 RetractedMotion retracted_motion(const CollisionModel& model, const Tangle& tangle,

@@ -1,4 +1,5 @@
-// Vertex normals of smooth surfaces. They are kept until the surface moves.
+// Vertex normals of smooth surfaces. The normals of a surface are computed again only if it has
+// moved.
 #pragma once
 
 #include "core/base/bytes.h"

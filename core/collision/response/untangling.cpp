@@ -39,7 +39,7 @@ void untangling_terms(const CollisionModel& model, const Tangle& tangle,
     ExtraTerm term;
     set_entries(model, p.vertices, p.weights, inputs, term);
     if (term.n_entries == 0) continue;
-    // A spring along `way_out` whose force vanishes after a displacement by `way`.
+    // The term is a spring along `way_out` whose force vanishes after a displacement by `way`.
     const double way = way_in_step(p, motion, inputs.step);
     term.hessian = model.contact_stiffness * p.way_out * p.way_out.transpose();
     term.gradient = -model.contact_stiffness * way * p.way_out;

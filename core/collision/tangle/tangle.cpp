@@ -17,7 +17,7 @@ namespace {
 // are replaced by it.
 constexpr double least_sine = 0.2;
 // Smallest length of the sum of the unit directions of the contour segments at a piercing. Below
-// it, the contour is almost straight and has no direction in which it becomes shorter.
+// this length, the contour is almost straight and has no direction in which it becomes shorter.
 constexpr double least_bend = 0.05;
 
 Index root(std::vector<Index>& parent, Index i) {

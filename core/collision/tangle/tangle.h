@@ -30,7 +30,7 @@ struct Piercing {
   // known.
   Vec3 way_out = Vec3::Zero();
   double thickness = 0.0;  // mean thickness of the two surfaces [m]
-  double segment = 0.0;    // half the total length of the contour segments at this point [m]
+  double segment = 0.0;    // half the total length of the contour segments that end here [m]
 };
 
 // Retraction of a surface of which a large part has passed through another surface.
@@ -40,7 +40,7 @@ struct Retraction {
   // All vertices of the connected surface that this part has passed through.
   std::vector<Index> outer;
   int contour = -1;               // index of the first piercing of the contour
-  Vec3 point = Vec3::Zero();      // mean point where edges of `inner` pierce `outer` [m]
+  Vec3 point = Vec3::Zero();      // mean of the points where edges of `inner` pierce `outer` [m]
   Vec3 direction = Vec3::Zero();  // unit direction in which `inner` moves relative to `outer`
   double depth = 0.0;  // mean width of the part: its area over the length of the contour [m]
 };
@@ -48,24 +48,25 @@ struct Retraction {
 // Intersections of one configuration. A default-constructed Tangle contains none.
 struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
-  // Feature pairs of intersecting triangles, by kind, in ascending order.
+  // Feature pairs of intersecting triangles, one list for each ContactKind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
-  std::vector<int> contour_of_vertex;      // (n) contour near the vertex, or -1
-  std::vector<int> part;                   // (n) part that contains the vertex, or -1
+  std::vector<int> contour_of_vertex;      // (n) Piercing::contour near the vertex, or -1
+  std::vector<int> part;                   // (n) index of the vertex's part at that contour, or -1
   std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has passed through a surface
   std::vector<Retraction> retractions;
 
   bool empty() const { return piercings.empty(); }
   // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
-  // separate. Ignored pairs are features of two intersecting triangles and, near a contour,
-  // features of a part that has passed through and of another part. Two cloth features near a
-  // contour on a body or an obstacle are not such a pair.
+  // separate. A pair is ignored if its features belong to two intersecting triangles, or if both
+  // are near the same contour, one of them in a part that has passed through and the other in
+  // another part. The second rule does not apply to two cloth features if the contour lies on a
+  // body or an obstacle.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };
 
-// Finds the intersections of surfaces that must not intersect; see kept_apart(). Omits edges and
-// triangles that an attachment ties together. Caches the connectivity of the surfaces.
+// Finds the intersections of surfaces that must not intersect; see kept_apart(). Omits pairs of an
+// edge and a triangle that an attachment ties together. Caches the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}

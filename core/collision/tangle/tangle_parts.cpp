@@ -20,7 +20,7 @@ constexpr int rounds_around = 2;
 // Otherwise, only the part moves back.
 constexpr double least_length = 0.5, least_share = 0.02, least_agreement = 0.5;
 
-// Returns for each vertex a third of the area of its triangles [m^2].
+// Returns for each vertex a third of the total area of its triangles [m^2].
 std::vector<double> vertex_areas(const Points& x, const Triangles& triangles) {
   std::vector<double> area(x.rows(), 0.0);
   for (Index t = 0; t < triangles.rows(); ++t) {
@@ -138,7 +138,7 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
   const int part = smallest_part(contour, cut);
   if (part < 0 || !are_disjoint(contour, component_)) return;
   Retraction retraction;
-  Index inner = -1, outer = -1;  // the two connected surfaces of the retraction
+  Index inner = -1, outer = -1;  // indices of the two connected components to retract
   double length = 0.0, weight = 0.0;
   for (const Piercing* const p : contour) {
     length += p->segment;
