@@ -51,12 +51,13 @@ double largest_bending_damping(const ClothModel& model) {
   return largest;
 }
 
-// Rate at which schemes without damping may amplify oscillations of explicit bending [1/s].
+// Rate at which midpoint and BDF-2 may amplify oscillations of explicit bending [1/s].
 constexpr double tolerated_growth = 0.01;
 
 // Returns whether bending is implicit. BendingInStep::Auto makes it implicit if explicit bending
-// would be unstable or amplify oscillations faster than tolerated_growth. Let lambda be the
-// largest eigenvalue of M^-1 K for bending, beta its damping and s = h (h + 2 beta) lambda.
+// would be unstable or amplify oscillations faster than tolerated_growth. Let h be the step, lambda
+// the largest eigenvalue of M^-1 K for bending, beta the largest bending damping and
+// s = h (h + 2 beta) lambda.
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
   const ImplicitOptions& implicit = *options.implicit();
   if (implicit.bending != BendingInStep::Auto) return implicit.bending == BendingInStep::Implicit;

@@ -67,9 +67,9 @@ struct StepInputs {
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   // (n x 3) Positions of prescribed vertices at the end [m]; no rows if no vertex is prescribed.
   const Points* target = nullptr;
-  // True, on all ranks, if implicit schemes must take the step by backward Euler: any triangle is
-  // in a stiff phase of its strain limits (see LimitPhase), from which midpoint and BDF-2 throw
-  // cloth back, or the scheme has gained energy (see has_gained()).
+  // True, on all ranks, if implicit schemes must take the step by backward Euler. This is so if a
+  // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
+  // BDF-2 would throw the cloth back, or if the scheme has gained energy (see has_gained()).
   bool damped = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
@@ -79,8 +79,9 @@ struct StepInputs {
   const std::vector<Mat3>* body_mass = nullptr;
 
   // Returns whether any rank has terms of contacts. The midpoint rules then take the step by
-  // backward Euler: cloth on stiff contacts would not come to rest, and contacts that close within
-  // a step would add energy in the nonlinear rule, which evaluates them at the middle of the step.
+  // backward Euler. Otherwise, cloth on stiff contacts would not come to rest, and contacts that
+  // close within a step would add energy in the nonlinear rule, which evaluates them at the middle
+  // of the step.
   bool in_contact() const { return friction_at != nullptr; }
 };
 

@@ -63,7 +63,8 @@ class LinearisedIntegrator final : public Integrator {
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
     // Length of this step divided by that of the last one, or 1 if the latter is unknown. BDF-2
-    // is unstable for ratios above 1 + sqrt(2) = 2.41. Without history, it takes a midpoint step.
+    // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large or there is no
+    // history, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const bool damp = inputs.damped || (scheme_ == Scheme::Midpoint && inputs.in_contact());
@@ -161,7 +162,7 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   // Sets u0 (displacement_) in the rows of other ranks that this rank reads: the rows of terms and
-  // the halo of the matrix.
+  // the halo of the matrix. If there are many terms, sets it in all rows of other ranks.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;

@@ -1,6 +1,7 @@
 // Fully nonlinear backward Euler, and implicit midpoint ((2.54), (2.55) of [Thomaszewski2010]),
 // solved by Newton's method with a line search. The residual is
-//   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)).
+//   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)),
+// where f_ext are the loads and explicit bending forces, and f are all other forces.
 // Backward Euler: x_e = x + h v+, v_e = v+. Midpoint: x_e = x + h/4 (v + v+), v_e = (v + v+)/2.
 // Contact pairs and friction anchors are those at the start of the step; contact forces are
 // evaluated at x_e.
@@ -24,8 +25,8 @@ constexpr double roughly_known = 0.1;
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
 // A residual that no step lowers is accepted if both the residual and `default_tolerance` times its
-// scale are at most `rounding_tolerance` times its rounding error. Our choice: residuals at which
-// the loop ends are one to three times the rounding error.
+// scale are at most `rounding_tolerance` times its rounding error. Our choice: residuals that no
+// step lowers are one to three times the rounding error.
 constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {

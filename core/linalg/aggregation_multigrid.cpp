@@ -272,7 +272,7 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
 }
 
 // Returns the pairs of aggregates that terms couple but the matrix does not, for example where
-// layers touch. At least one aggregate of each pair is owned.
+// layers of cloth touch. At least one aggregate of each pair is owned.
 AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
     const LinearSystem& system) const {
   Couplings wanted;

@@ -49,8 +49,8 @@ class AggregationMultigrid {
   // In that case there is no correction.
   bool usable() const { return usable_; }
 
-  // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows that
-  // no aggregate sums (fixed rows, bodies).
+  // Number of slots. Each aggregate has one slot. Each block of rows has one additional slot, for
+  // those of its rows that no aggregate sums (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
@@ -126,23 +126,23 @@ class AggregationMultigrid {
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank
   std::vector<Index> place_;           // (blocks of plain_) index of each in levels_[0].matrix
-  MultigridLevel::Range owned_;        // aggregates of this rank
+  MultigridLevel::Range owned_;        // aggregates and blocks of rows of this rank
   Index first_block_ = 0;              // first block of rows of this rank
   std::vector<MultigridLevel> levels_;
   std::size_t replicated_ = 0;           // first level that all ranks compute
-  std::vector<Index> first_replicated_;  // (ranks + 1) first node of each rank on this level
+  std::vector<Index> first_replicated_;  // (ranks + 1) first node of each rank on level replicated_
   std::vector<Index> target_;  // (blocks of the matrix) block of plain_ that receives each block
   std::vector<Index> slot_;    // (rows) slot of each row
   Halo halo_;                  // halo of the first level
   struct Foreign {
     Index node, parent;
   };
-  std::vector<Foreign> foreign_;  // aggregates of other ranks in the halo, with their blocks
+  std::vector<Foreign> foreign_;  // aggregates of other ranks in the halo, with their parents
   HaloExchange exchange_;
   std::vector<std::byte> gathered_;       // message of gather_residual()
   std::vector<std::size_t> part_starts_;  // (ranks + 1) first byte of each rank in this message
   SlotVectors<float> single_;
-  SlotVectors<double> wide_;  // filled only if single precision does not suffice
+  SlotVectors<double> wide_;  // allocated only if single precision does not suffice
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
   bool usable_ = false;
 };

@@ -1,6 +1,6 @@
 // Sparse matrix of 3x3 blocks in compressed row storage. The pattern is fixed, symmetric and
-// contains the diagonal. Columns are in ascending order. A matrix can store only a range of its
-// rows, such as those that a rank owns. The other rows then have no blocks.
+// contains the diagonal. Columns are in ascending order. If a matrix stores only a range of its
+// rows, such as those that a rank owns, the other rows have no blocks.
 #pragma once
 
 #include <utility>

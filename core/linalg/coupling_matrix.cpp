@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr std::size_t block_stride = 72;  // 9 numbers for each of eight blocks
+constexpr std::size_t block_stride = 72;  // numbers in eight 3x3 blocks
 constexpr double no_block[9] = {};
 
 template <class Scalar, class Lanes>
@@ -23,8 +23,9 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
   }
 }
 
-// Copies n slots of eight blocks each. Adds the blocks of each lane to `sums`, which has one vector
-// for each of the 9 entries. A negative entry of `sources` denotes a missing block.
+// Copies n slots of eight blocks each from `matrix` to `values`. `sources` contains the index of
+// each block in `matrix`, or -1 for a zero block. Adds the blocks of each lane to `sums`, which has
+// one vector for each of the 9 entries of a block.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
                                  Scalar* values, Lanes sums[9]) {
@@ -41,8 +42,8 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
   }
 }
 
-// Returns the lanes whose row sum R is a multiple of the identity, up to rounding to Scalar. Lumped
-// masses have this property.
+// Returns a mask of the lanes whose row sum R is a multiple of the identity, up to rounding to
+// Scalar. If R is a lumped mass, it has this property.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE MaskOf<Lanes> scalar_lanes(const Lanes r[9]) {
   const Lanes rounding = 0.5 * std::numeric_limits<Scalar>::epsilon() * lanes_max(r[0], -r[0]);
@@ -54,10 +55,11 @@ LOOMSTONE_INLINE MaskOf<Lanes> scalar_lanes(const Lanes r[9]) {
   return scalar;
 }
 
-// Copies the blocks of a slice to `values`. The sum R of each row is its diagonal block in `sums`
-// plus its copied blocks. If R is a multiple of the identity up to rounding to Scalar, exactly such
-// a multiple replaces it, independently of the other rows. If this applies to all rows, writes only
-// the factors of the identity to `out` and returns true. Otherwise writes R and returns false.
+// Copies the off-diagonal blocks of a slice to `values`. The sum R of each row is its diagonal
+// block in `sums` plus these blocks. If the R of a row is a multiple of the identity up to rounding
+// to Scalar, it is replaced by an exact multiple, independently of the other rows. If all eight R
+// are such multiples, writes only their factors to `out` and returns true. Otherwise writes all
+// entries of the eight R to `out` and returns false.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {

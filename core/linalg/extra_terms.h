@@ -24,7 +24,7 @@ struct TermEntry {
   Vec3 apply(const Vec3& row_velocity) const {  // returns J v
     return rotation ? Vec3(weight * row_velocity.cross(arm)) : Vec3(weight * row_velocity);
   }
-  Vec3 apply_transposed(const Vec3& force) const {  // returns J^T f
+  Vec3 apply_transposed(const Vec3& force) const {  // returns J^T force
     return rotation ? Vec3(weight * arm.cross(force)) : Vec3(weight * force);
   }
   Mat3 jacobian() const {
@@ -40,7 +40,7 @@ struct ExtraTerm {
   int n_entries = 0;
   Vec3 gradient = Vec3::Zero();  // g [N]
   Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semidefinite
-  Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion) [m/s]
+  Vec3 drift = Vec3::Zero();     // minus the weighted sum of obstacle velocities [m/s]
 
   // Returns the relative displacement s [m] at `time` [s] after the start of the step, for the
   // given displacement of the rows (rows x 3) [m, rad].
@@ -50,8 +50,8 @@ struct ExtraTerm {
       d += entries[e].apply(displacement.row(entries[e].row).transpose());
     return d;
   }
-  // Updates the gradient for the relative displacement at `time` [s] after the start of the step,
-  // at constant H. Returns the resulting change of the energy [J].
+  // Updates the gradient from the start of the step to `time` [s] after it, at constant H, for the
+  // given displacement of the rows. Returns the resulting change of the energy [J].
   double move_linearly(const Points& displacement, double time) {
     const Vec3 d = relative_displacement(displacement, time), start = gradient;
     gradient += hessian * d;

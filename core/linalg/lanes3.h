@@ -1,6 +1,7 @@
-// Access to eight rows at once, in single or double precision. A Lanes3 contains the three
-// components of eight rows, with one row in each lane. It is converted from and to rows of four
-// numbers, the fourth of which is zero. The type of its components is a native vector or a Halves.
+// Access to eight rows (3-vectors) at once, in single or double precision. A Lanes3 contains the
+// three components of eight rows, with one row in each lane. gather_rows() and for_each_row()
+// convert it from and to rows of four numbers, the fourth of which is zero. Each component of a
+// Lanes3 is a native vector or a Halves.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +28,8 @@ LOOMSTONE_INLINE void store_rows(Scalar* p, const Lanes3<Vector>& a) {
   lanes_store(p, a.x), lanes_store(p + 8, a.y), lanes_store(p + 16, a.z);
 }
 
-// Selects lanes in each half of a and b, with the same indices in both halves. Indices 0 to 3
-// denote lanes of a, 4 to 7 lanes of b.
+// Builds each half of the result from four lanes of the same half of a and b. Both halves use the
+// same indices: 0 to 3 denote lanes of a's half, 4 to 7 lanes of b's half.
 template <int... index, class Vector>
 LOOMSTONE_INLINE Vector shuffle_halves(const Vector& a, const Vector& b) {
   if constexpr (in_halves<Vector>)
@@ -76,7 +77,8 @@ LOOMSTONE_INLINE Lanes3<Vector> gather_rows(const Index* rows, const Scalar* v) 
           shuffle_halves<0, 4, 1, 5>(high02, high13)};
 }
 
-// Calls use(l, row) for the eight rows of a, in the order 0, 4, 1, 5, 2, 6, 3, 7.
+// Calls use(l, row) for the eight rows of a, in the order l = 0, 4, 1, 5, 2, 6, 3, 7. `row` is a
+// vector of four numbers, the fourth of which is zero.
 template <class Vector, class Use>
 LOOMSTONE_INLINE void for_each_row(const Lanes3<Vector>& a, const Use& use) {
   const Vector zero{};
@@ -94,8 +96,9 @@ LOOMSTONE_INLINE void for_each_row(const Lanes3<Vector>& a, const Use& use) {
   }
 }
 
-// Converts to double precision. With registers of four doubles, each half is converted separately,
-// because gcc 12 would otherwise keep a sum of eight doubles in memory.
+// Converts eight numbers to double precision. If the result consists of Halves, each half is
+// converted separately, because gcc 12 would otherwise keep the caller's sum, a vector of eight
+// doubles, in memory.
 template <class Wide, class Vector>
 LOOMSTONE_INLINE Wide in_doubles(const Vector& a) {
   if constexpr (in_halves<Wide>)

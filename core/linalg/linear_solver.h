@@ -1,5 +1,5 @@
 // Linear solvers for (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. A is the
-// matrix of the cloth rows. J and H are the Jacobian and the stiffness of a term (extra_terms.h).
+// matrix of the cloth rows. J and H are the Jacobian and the Hessian of a term (extra_terms.h).
 // Fixed rows keep their given value of x (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
@@ -28,7 +28,7 @@ struct LinearSystem {
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: x is prescribed; may be null
   // Layout of all rows, bodies included. The solver computes the rows that this rank owns.
   const RowLayout* layout = nullptr;
-  const Halo* halo = nullptr;  // halo of `matrix`, may be null; the solver adds rows for terms
+  const Halo* halo = nullptr;  // halo of `matrix`, without rows of terms; null: it is computed
   double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
   // Iterative solvers divide the norm of the residual by the larger of two norms: that of the
   // residual for x = 0 on free rows, and that of the momentum that `least_change` would give to the
@@ -42,9 +42,9 @@ struct LinearReport {
   int iterations = 0;
   // Iterative solvers: the norm sqrt(r . D^-1 r) divided by the larger of two norms, that of the
   // residual for x = 0 on free rows and that of the momentum of `least_change` [1]. r is the
-  // residual on free rows (the iterated one if a loose tolerance ended the solve early), and D
-  // consists of the diagonal blocks. Direct solvers: |r| divided by its value for x = 0 on free
-  // rows [1].
+  // residual on free rows, and D consists of the diagonal blocks. If a loose tolerance ended the
+  // solve early, r is the residual that the iteration updates, not b - A x. Direct solvers: |r|
+  // divided by its value for x = 0 on free rows [1].
   double residual = 0.0;
   bool converged = true;
 };
@@ -91,21 +91,23 @@ class SolveMemory {
   std::unique_ptr<PcgMemory> pcg_;
 };
 
-// Part of the system that is unchanged since the solve that filled the memory. Nothing: everything
-// may have changed. Matrix: only terms, right-hand side, guess and tolerance may have changed. The
-// preconditioner is reused unless it is Gauss-Seidel. The product A x is reused if the guess x is
-// the solution of that solve and the solve ended early. System: only the tolerance may have
-// changed. An iteration that ended early continues.
+// Part of the system that is unchanged since the solve that filled the memory.
+// Nothing: everything may have changed.
+// Matrix: only terms, right-hand side, guess and tolerance may have changed. The preconditioner is
+//   reused unless it is Gauss-Seidel. If a loose tolerance ended that solve early and the guess x
+//   is its solution, the product A x is reused too.
+// System: only the tolerance may have changed. If a loose tolerance ended that solve early, its
+//   iteration resumes.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  // Solves for x (rows x 3) with the right-hand side b (rows x 3). On entry, x is the initial
-  // guess. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
-  // of system, b and x disagree, Unsupported on several ranks if the method runs only on one, and
-  // SolverFailure if the matrix is not positive definite, a number is not finite or memory runs
-  // out.
+  // Solves for x (rows x 3) with the right-hand side b (rows x 3). On entry, x is the initial guess
+  // on free rows and the prescribed value on fixed rows. On return, x is the solution on the rows
+  // of all ranks. Throws InvalidInput if the sizes of system, b and x disagree, Unsupported on
+  // several ranks if the method runs only on one, and SolverFailure if the matrix is not positive
+  // definite, a number is not finite or memory runs out.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

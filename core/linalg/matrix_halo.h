@@ -1,5 +1,5 @@
-// Rows that ranks must exchange before a matrix-vector product: those that a fixed block pattern
-// couples, and those that the terms of one solve couple.
+// Rows that ranks must exchange before a matrix-vector product, because a fixed block pattern or
+// the terms of one solve couple them to rows of other ranks.
 #pragma once
 
 #include "core/linalg/block_matrix.h"
@@ -16,8 +16,8 @@ Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 // starts[i + 1]).
 Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts, int rank);
 
-// Returns `halo` extended by the rows that terms (may be null) couple. Every rank has all terms
-// that act on its rows, so no communication is needed.
+// Returns `halo` extended by the rows that `terms` (may be null) couple across ranks. Every rank
+// has all terms that act on its rows, so no communication is needed.
 Halo with_term_rows(const Halo& halo, const ExtraTerms* terms, const RowLayout& layout);
 
 }  // namespace loomstone

@@ -49,8 +49,9 @@ LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, c
   return quad_sum(sum);
 }
 
-// Divides [begin, end) into chunks, of which only the last may be shorter, and calls
-// body(first, last) on ranges of whole chunks.
+// Divides [begin, end) into chunks of `chunk` numbers, of which only the last may be shorter. Calls
+// body(first, last) in parallel on ranges of at least `least_a_task` chunks; only the last range
+// may have fewer.
 template <class Body>
 void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& body,
                Index least_a_task = chunks_a_task) {

@@ -1,6 +1,7 @@
 // A level of aggregation multigrid: its matrix, the vectors of a V-cycle, and the operations on
-// them. A rank computes a range of the nodes of a level, which is the whole level if the level is
-// replicated. Vectors have four numbers per node, of which the fourth is zero.
+// them. The next level is the coarser one. A rank computes a range of the nodes of a level, which
+// is the whole level if the level is replicated. Vectors have four numbers per node, of which the
+// fourth is zero.
 #pragma once
 
 #include <utility>
@@ -31,7 +32,7 @@ struct MultigridLevel {
   // (nodes of the next level + 1) First child on this level of each node of the next level. Empty
   // on the coarsest level, which has no slices either.
   std::vector<Index> child_start;
-  std::vector<Index> target;        // (blocks) block of the next level that receives each block
+  std::vector<Index> target;        // (blocks) block of the next level to which each block is added
   SlicedEllpack slices;             // layout of the rows of `owned`
   CouplingMatrix<float> couplings;  // copy of the rows of `owned` for the kernels
   // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
@@ -48,7 +49,8 @@ struct MultigridLevel {
   // follow.
   std::vector<std::pair<Index, Index>> group(std::vector<Index> child_start);
   void find_targets(const BlockMatrix& next);  // sets `target`
-  // Allocates the arrays for the pattern of the matrix. n_spare must be at least one.
+  // Sets `owned`, and allocates the arrays for the pattern of the matrix. n_spare must be at least
+  // one.
   void allocate(Range range, Index n_spare = 1);
 
   // Sums the blocks of the matrix into blocks of the next level, in the rows of the owned parents.
@@ -58,14 +60,15 @@ struct MultigridLevel {
   bool invert_diagonal();
   void copy_couplings(const Team& team);
 
-  // Operations of a V-cycle on the owned nodes, with the residual r: z = B r, t = A z, and
-  // z += B (r - t). z is `solution`, t is `product` and B the damped inverse diagonal blocks.
+  // Operations of a V-cycle on the owned nodes, with the residual r. smooth() computes z = B r,
+  // multiply() t = A z, and smooth_again() z += B (r - t). z is `solution`, t is `product`, and B
+  // consists of the damped inverse diagonal blocks.
   void smooth(const Team& team, const float* r);
   void multiply(const Team& team);
   void smooth_again(const Team& team, const float* r);
-  // Sums r - t over the children of each owned parent.
+  // Sets the residual `coarse` of each owned parent to the sum of r - t over its children.
   void restrict_residual(const Team& team, const float* r, float* coarse) const;
-  // Adds the solution of each owned parent to z at its children.
+  // Adds the solution `coarse` of each owned parent to z at its children.
   void prolong(const Team& team, const float* coarse);
   // The same as smooth() and prolong(), for a single node.
   void smooth_node(Index node, const float* r);

@@ -2,14 +2,14 @@
 // threads and ranks. Rows are summed in fixed blocks, and block sums are added by a BinnedSum.
 // Results are therefore bitwise independent of the number of threads and ranks.
 //
-// The matrix product is memory-bound. The iteration therefore works in single precision, in
-// difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
-// accumulated in double precision. The stopping criterion is the true residual r in double
-// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A tolerance looser than the
-// solver's own, after which another solve may follow, is tested only with the iterated residual,
-// which each step updates by r -= alpha A p. If the true residual exceeds the tolerance, the
-// iteration continues from it (residual replacement [VanDerVorst2000]). Systems that single
-// precision cannot solve are solved in double precision.
+// The matrix product is memory-bound. The iteration therefore works in single precision. It
+// multiplies in difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h).
+// The solution is accumulated in double precision. The stopping criterion is the true residual
+// r = b - A x in double precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. If the
+// true residual exceeds the tolerance, the iteration continues from it (residual replacement
+// [VanDerVorst2000]). A tolerance looser than the solver's own, after which another solve may
+// follow, is tested only with the iterated residual, which each step updates by r -= alpha A p.
+// Systems that single precision cannot solve are solved in double precision.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -13,7 +13,7 @@ namespace {
 constexpr int steps_per_sum = 16;  // number of steps between two calls of start_new_residual()
 
 // Computes the scaled residual r, its norm, the preconditioned residual z and beta from
-// PcgMemory::residual.
+// PcgMemory::residual. Sets p to zero unless the first direction is to be conjugate to p.
 template <class Scalar>
 void begin(PcgSolve& solve, Krylov<Scalar>& k, bool conjugate) {
   PcgMemory& m = solve.memory;
@@ -116,7 +116,8 @@ void take_step(PcgSolve& solve, Krylov<Scalar>& k, Scalar alpha) {
   p.take_step(alpha);
   const bool had_correction = p.has_correction();
   const auto products = p.complete(solve.loops, square, k.r, k.z);
-  // If the preconditioner has changed, the iteration restarts along the preconditioned residual.
+  // If complete() has dropped the correction, the iteration restarts along the preconditioned
+  // residual.
   k.beta = had_correction == p.has_correction() ? products.whole / k.rz : 0.0;
   k.last_rz = k.rz;
   k.norm = std::sqrt(products.diagonal);

@@ -42,7 +42,7 @@ void update_direction(SliceRows on, DirectionFactors<double> factors,
 // Computes z = D^-1 r on slices [first, last). Returns r . z.
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
 double precondition(Index first, Index last, const double* inverse, const double* r, double* z);
-// Returns r . D^-1 r.
+// Returns r . D^-1 r on slices [first, last).
 double preconditioned_square(Index first, Index last, const float* inverse, const double* r);
 
 // The vectors that take_step() updates. take_step() computes r -= alpha q and z = D^-1 r, and

@@ -1,7 +1,7 @@
 // Preconditioners P for conjugate gradients, built from a system and its terms. There are three
-// kinds: inverse diagonal blocks (block Jacobi), inverse diagonal blocks plus a correction by
-// aggregation multigrid, and symmetric Gauss-Seidel. The residual r and z, which is P^-1 r without
-// the multigrid correction, are stored by slices, as in pcg_kernels.h.
+// kinds of P^-1: inverse diagonal blocks (block Jacobi), inverse diagonal blocks plus a correction
+// by aggregation multigrid, and symmetric Gauss-Seidel. The residual r and z, which is P^-1 r
+// without the multigrid correction, are stored by slices, as in pcg_kernels.h.
 #pragma once
 
 #include <vector>
@@ -60,8 +60,8 @@ class Preconditioner {
     if (uses_levels_)
       levels_.sum_over_slots(first, last, slots_.data(), r.data(), levels_.vectors<Scalar>().r);
   }
-  // Starts to send the residual of the coarse levels to other ranks. finish_exchange() follows
-  // Communicator::finish(). Collective.
+  // Starts to exchange the halo of the residual of the coarse levels. Communicator::finish() and
+  // then finish_exchange() must follow. Collective.
   template <class Scalar>
   void start_residual_exchange(const RowLayout& layout) {
     if (uses_levels_) levels_.start_exchange(layout, levels_.vectors<Scalar>().r);

@@ -41,10 +41,10 @@ inline Mat2 positive_part(const Mat2& a) {
          (a - eigenvalues[1] * Mat2::Identity());
 }
 
-// The eigenvalue of a symmetric 3x3 matrix that is farthest from the other two, with its
-// eigenvector. The eigenvalue is computed as in Smith, "Eigenvalues of a symmetric 3x3 matrix",
-// Comm. ACM 4 (1961). The eigenvector has the direction of the longest cross product of two rows of
-// A - value I, where A is the matrix.
+// The eigenvalue that is farthest from the other two eigenvalues of a symmetric 3x3 matrix A, and a
+// unit eigenvector. The eigenvalue is computed as in Smith, "Eigenvalues of a symmetric 3x3
+// matrix", Comm. ACM 4 (1961). The eigenvector has the direction of the longest cross product of
+// two rows of A - value I.
 struct EigenPair {
   double value = 0.0;
   Vec3 vector = Vec3::UnitX();

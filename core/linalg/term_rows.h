@@ -1,6 +1,6 @@
-// Extra terms of one solve, applied without an assembled matrix. The force of each term is computed
-// once. Each row then gathers the forces of its terms in ascending order, so that no two threads
-// write to the same location. Terms are copied to compact arrays.
+// Extra terms of one solve, applied without an assembled matrix. In a product, the force of each
+// term is computed once. Each row then adds the forces of its terms in the order of the terms, so
+// that no two threads write to the same location. Terms are copied to compact arrays.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,8 @@ class TermRows {
   // Computes the force scale H sum J x of every copied term. x has 4 numbers per row.
   template <class Scalar>
   void evaluate(const Team& team, const Scalar* x);
-  // Returns the sum of J^T force over the terms of an owned row.
+  // Returns the sum of J^T force over the terms of an owned row, with the forces of the last
+  // evaluate().
   Vec3 force(Index row) const;
   // Returns the sum of scale J^T H J over the terms of an owned row.
   Mat3 diagonal(Index row) const;

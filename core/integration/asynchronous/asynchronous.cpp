@@ -32,7 +32,7 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
     impulses_ = std::make_unique<LimitImpulses>(model, options);
   for (const auto& part : model.bending) meshes_.emplace_back(model, part);
   // With limit="inradius", the given safety is not a fraction of the stability limit. Bending then
-  // uses the default safety.
+  // uses the default safety of limit="eigenvalue".
   Asynchronous eigenvalue = options;
   if (options.limit == StepLimit::Inradius) eigenvalue = Asynchronous();
   bending_ = bending_steps(model, meshes_, eigenvalue.given_safety());

@@ -12,8 +12,8 @@
 
 namespace loomstone {
 
-// Integrates one interval, the step given by `inputs.step`. The vertices are synchronised at the
-// start and at the end of the interval. Every rank computes all rows.
+// Each call of advance() integrates one interval of the length StepInputs::step. The vertices are
+// synchronised at the start and at the end of the interval. Every rank computes all rows.
 class AsynchronousIntegrator : public Integrator {
  public:
   AsynchronousIntegrator(const Asynchronous& options, const ClothModel& model,
@@ -29,10 +29,11 @@ class AsynchronousIntegrator : public Integrator {
   struct Taken {
     Vector steps;                     // (m) steps that the triangles have taken [s]
     std::int64_t events;              // number of events of all triangles
-    std::vector<LimitPhases> phases;  // (m) highest phases of the limit potential; empty: none
+    std::vector<LimitPhases> phases;  // (m) highest phases entered; empty: no limit potential
   };
-  // Moves cloth and bodies from the start to the end of the interval. On entry, `steps` (m) [s] are
-  // the longest steps of the triangles, and prescribed vertices have the velocity of their motion.
+  // Moves cloth and bodies from the start to the end of the interval. `steps` (m) [s] are the
+  // longest steps that the triangles may take. On entry, prescribed vertices must have their
+  // prescribed velocities.
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 

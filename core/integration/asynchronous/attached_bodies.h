@@ -24,8 +24,9 @@ class AttachedBodies {
   // Applies the fraction `share` of the impulses that the loads give the bodies in the interval.
   void load(double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
-  // the velocities of the vertices to those of the body. The positions and the pose belong to the
-  // time `ahead` [s] after the impulses (negative: before), so they change with the velocities.
+  // the velocities of the vertices to those that the motion of the body gives them. The positions
+  // and the pose belong to the time `ahead` [s] after the impulses (negative: before), so they
+  // change with the velocities.
   void absorb(Index body, double ahead, Points& x, Points& v);
   // Moves a body and its vertices for a duration of `time` [s].
   void drift(Index body, double time, Points& x, Points& v);
@@ -44,7 +45,7 @@ class AttachedBodies {
   struct Tied {
     Index row;
     double mass;  // [kg]
-    // Position relative to the common centre of mass, in body axes [m].
+    // Attachment point relative to the common centre of mass, in body axes [m].
     Vec3 local;
     Vec3 offset = Vec3::Zero();    // from the attachment point to the vertex, at the start [m]
     Vec3 velocity = Vec3::Zero();  // last velocity that the body gave the vertex [m/s]

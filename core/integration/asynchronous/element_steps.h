@@ -37,10 +37,10 @@ class ElementSteps {
   const Vector& at_rest() const { return at_rest_; }  // (m) steps at rest [s]
   // Steps (m) at positions x and velocities v, at most those at rest [s]. With the largest stretch
   // s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the
-  // eigenvalue at rest, including the stiff phases of strain limits at x and at positions that v
-  // predicts, and gamma is the largest eigenvalue that a unit of tension adds. With a limit
-  // potential, the predicted change of strain in a step is at most 0.1. The result is valid until
-  // the next call.
+  // eigenvalue at rest plus the largest one of the stiff phases of strain limits that are entered
+  // at x or at the positions that v predicts, and gamma is the largest eigenvalue that a unit of
+  // tension adds. With a limit potential, steps are so short that the predicted change of strain in
+  // a step is at most 0.1. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s] at the strains that at() has computed. Each mode is in its phase at
   // these strains or in its entry of `phases`, whichever is higher.

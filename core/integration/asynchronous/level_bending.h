@@ -58,20 +58,21 @@ class BendingGroup {
 
 // Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. A
 // patch is a run of 64 consecutive triangles, or fewer at the end of the mesh. All its triangles
-// have the same step. Their beta [s] is the largest damping of the patch and its neighbours, and
-// lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of these triangles. Infinity
-// without bending.
+// have the same step. Their beta [s] is the largest damping of the triangles in the patch and of
+// those next to it, and lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of all
+// these triangles. Triangles without bending have the step infinity.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Returns, for each triangle, the mean of `steps` (m) [s] over a run of 64 consecutive triangles of
-// the model, or fewer at its end. Few triangles then have neighbours with a different step.
+// Returns, for each triangle, the mean of `steps` (m) [s] over its run of 64 consecutive triangles
+// of the model. The last run may be shorter. Few triangles then have neighbours with a different
+// step.
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of the triangles of all bending meshes, by level. Groups of undamped meshes also include
-// the triangles of finer levels, so that only one group per mesh acts in an event and evaluates the
-// angles once. The forces of these triangles are multiplied by the ratio of their step to that of
-// the group.
+// the triangles of finer levels. In an event, only one group of such a mesh then acts, and it
+// evaluates each bending angle once. The forces of the triangles of finer levels are multiplied by
+// the ratio of their step to that of the group.
 class LevelGroups {
  public:
   LevelGroups() = default;

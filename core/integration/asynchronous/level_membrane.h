@@ -24,17 +24,17 @@ class LevelMembrane {
   const std::vector<std::uint8_t>& vertex_levels() const { return vertex_levels_; }
 
   // Computes the forces of the levels >= first at x. Viscous forces depend on the strain rate at v.
-  // If v is null, they depend on the mean strain rate since the last call for the level. step_of
-  // (levels) contains the step of each level [s]. Without viscosity, forces at the end of an
-  // interval are reused at the start of the next one if positions are the same.
+  // If v is null, they depend on the mean strain rate since the last call that included the level.
+  // step_of (levels) contains the step of each level [s]. Without viscosity, forces at the end of
+  // an interval are reused at the start of the next one if positions are the same.
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
-  // Returns the highest phases of the strain limits of each triangle (m) since the last call; empty
-  // without limits.
+  // Returns the highest phases of the strain limits that each triangle (m) has entered since the
+  // last call; empty without limits.
   std::vector<LimitPhases> take_phases();
   // Impulse on a vertex in an event of the levels >= first [N s]. Each triangle of these levels
-  // contributes its force plus its fraction of the load (3) on the vertex [N], multiplied by the
-  // step of its level.
+  // contributes the step of its level times the sum of its force and its fraction of the load (3)
+  // on the vertex [N].
   Vec3 impulse(Index vertex, int first, const double* load,
                const std::vector<double>& step_of) const {
     double sum[3] = {0.0, 0.0, 0.0};
@@ -54,7 +54,7 @@ class LevelMembrane {
                 const std::vector<std::uint8_t>& levels);
 
   struct Slot {
-    Index force;   // index of the force in forces_
+    Index force;   // index in forces_ of the first component of the force
     int level;     // level of the triangle
     double share;  // fraction of the vertex's mass that the triangle contributes [1]
   };

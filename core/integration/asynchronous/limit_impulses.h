@@ -20,8 +20,9 @@ class LimitImpulses {
 
   // Corrects a triangle whose next event follows after the time `step` [s].
   void correct(Index triangle, double step, Points& x, Points& v);
-  // Corrects, one after another, the listed triangles that exceed their limits on entry. `steps`
-  // (m) contains the time from now to the next event of each triangle [s].
+  // Corrects, one after another, the listed triangles whose strain on entry is out of bounds or
+  // would be at their next event. `steps` (m) contains the time from now to the next event of each
+  // triangle [s].
   void correct(const Team& team, const std::vector<Index>& triangles, const Vector& steps,
                Points& x, Points& v);
 

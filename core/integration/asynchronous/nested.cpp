@@ -50,7 +50,7 @@ struct Plan {
 
 // Prescribed vertices, and the work of the script that moves them against the forces of the cloth.
 struct MovedPins {
-  std::vector<Index> rows;  // empty if none of them moves
+  std::vector<Index> rows;  // empty if no prescribed vertex moves
   Points velocity;          // prescribed velocities [m/s]
   const Vector& mass;
   double work = 0.0;  // excludes changes of the kinetic energy of these vertices [J]

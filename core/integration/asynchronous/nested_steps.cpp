@@ -22,7 +22,7 @@ double count_events(double interval, Index base, const Vector& longest) {
 }  // namespace
 
 Index choose_base(double interval, const Vector& membrane, const Vector& bending) {
-  // Rough ratio of the time for the bending force of a triangle to that for its membrane force.
+  // Rough ratio of the computing time of a triangle's bending force to that of its membrane force.
   constexpr double bending_cost = 2.5;
   // A doubled base allows the same steps, except for the longest one. Bases above twice the number
   // of membrane steps of the triangle with the longest step are therefore not tried. At least 16

@@ -27,8 +27,8 @@ Index choose_base(double interval, const Vector& membrane, const Vector& bending
 //                            start of the interval
 //   kick(first, half)        applies the impulses of these forces over the steps of their levels;
 //                            `half`: half the impulses
-//   drift(first, tick)       moves every vertex whose finest level is >= first by the step of that
-//                            level
+//   drift(first, tick)       moves each vertex whose finest level is >= first for one step of its
+//                            finest level
 // If forces depend on positions only, the half kicks at both ends make the scheme symmetric in time
 // and of order 2.
 template <class System>
