@@ -20,7 +20,8 @@ struct CircuitResponse {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]
   };
-  // (circuits) Wrenches per ampere of each circuit [N/A, N m/A].
+  // (circuits) First derivatives of the wrenches with respect to the current of each circuit, at
+  // zero circuit currents [N/A, N m/A].
   std::vector<CarrierWrenches> linear;
   std::vector<Pair> quadratic;
   Eigen::MatrixXd inductances;  // (circuits x coils) due to magnetised bodies [H]
@@ -29,7 +30,7 @@ struct CircuitResponse {
 // Wrenches and fluxes at one set of circuit currents.
 struct CircuitTrial {
   CarrierWrenches wrenches;
-  Vector flux;  // (coils) flux of magnetised bodies, 0 where it is not needed [Wb]
+  Vector flux;  // (coils) flux of magnetised bodies through each coil, 0 if not needed [Wb]
 };
 
 // Determines the response. `circuits` contains the coil indices of the circuits. `amperes`

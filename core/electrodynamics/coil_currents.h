@@ -14,11 +14,11 @@ double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
 // Returns the currents of all coils (coils) [A] at `time` [s]. `circuits` contains the currents of
-// the coils in MagneticModel::circuits [A], in the same order; if it is empty, they are zero.
-// The other coils have given currents.
+// the coils in MagneticModel::circuits [A], in the order of that list; if it is empty, these
+// currents are zero. The other coils have given currents.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
-// Returns the currents of all coils (coils) [A] at `time` [s], with the circuit currents of a
-// state.
+// Returns the currents of all coils (coils) [A]: the circuit currents of the state `circuits`, and
+// the given currents at `time` [s].
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
 // Returns the current of the first circuit [A], or 0 if there is no circuit.
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);

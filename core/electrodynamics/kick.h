@@ -33,7 +33,8 @@ namespace loomstone {
 
 // Magnetic actions on the carriers at one instant.
 struct Actions {
-  // Wrenches on magnets due to each other and to the uniform field, without circuit currents.
+  // Wrenches of the magnets on each other and of the uniform field on the magnets, without circuit
+  // currents.
   CarrierWrenches magnets;
   // Part of `magnets` that is due to magnetisation by given currents, or empty. The sources of
   // these currents supply the work of this part.

@@ -10,8 +10,8 @@ namespace {
 
 // More sub-steps per step indicate that magnets overlap or that the step is far too long.
 constexpr int most_substeps = 4096;
-// After its first call, resolve() halves sub-steps only if length times frequency exceeds the limit
-// by this factor.
+// After its first call, resolve() halves sub-steps only if length times frequency exceeds this
+// multiple of the limit.
 constexpr double tolerated_growth = 4.0 / 3.0;
 
 // Applies the impulses on body b.

@@ -1,8 +1,8 @@
 // Stages of a sub-step in which bodies that carry magnets move. The integrator is kick-drift-kick
 // (Stoermer-Verlet). Its rotational variable is the angular momentum in world axes. RigidWorld
 // resolves contacts and does not influence bodies that are not in contact. The magnetic forces
-// between such bodies conserve their total linear and angular momentum up to rounding. Their paths
-// are second-order accurate.
+// between such bodies conserve their total linear and angular momentum up to rounding. The paths of
+// these bodies are second-order accurate.
 //
 // Let a and a' be the accelerations at the start and end of a sub-step of length h. The velocity of
 // a free body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
@@ -33,7 +33,7 @@ MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impuls
 // Result of RigidWorld for the full kick of a sub-step.
 struct ContactAnswer {
   RigidState state;
-  std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
+  std::vector<std::uint8_t> touched;  // (b) 1: the body did not move freely
 };
 
 // Applies the impulses at the end of a step to the bodies that move freely. The wrenches given to

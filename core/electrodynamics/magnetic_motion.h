@@ -1,6 +1,6 @@
-// Motion of rigid bodies that carry magnets and coils, or rotate in bearings. The integrator is
-// kick-drift-kick (kick_drift_kick.h) with sub-steps that are short compared with the fastest
-// oscillation (substep_frequency.h). Circuits advance within the kicks (kick.h).
+// Motion of the rigid bodies in a scene with magnets, coils or bearings. The integrator is
+// kick-drift-kick (kick_drift_kick.h) with sub-steps that are short compared with the period of the
+// fastest oscillation (substep_frequency.h). Circuits advance within the kicks (kick.h).
 #pragma once
 
 #include <optional>
@@ -14,14 +14,15 @@
 
 namespace loomstone {
 
-// Input of a step: its times, external impulses and obstacle motion.
+// Input of a step: its start time and length, external impulses on the bodies at its start and end,
+// and the motion of the obstacles.
 struct MagneticStep {
   double start = 0.0, length = 0.0;  // [s]
   const BodyImpulses &at_start, &at_end;
   const ObstaclePlaces &obstacles, &moved_obstacles;  // positions at the start and at the end
 };
 
-// Cost and error of a step.
+// Cost and error of a step, and the work of obstacles in it.
 struct MagneticEffort {
   int substeps = 0;
   // Largest estimated error of the magnets' force on a body at the end of the step [N].
@@ -103,7 +104,7 @@ class MagneticMotion {
   SubstepFrequency frequency_;
   MutualInductances inductances_;
   std::optional<Instant> last_;
-  std::optional<Instant> previous_;  // instant at the start of a sub-step, unless this is last_
+  std::optional<Instant> previous_;  // instant at the start of the sub-step; empty if it is last_
 };
 
 }  // namespace loomstone

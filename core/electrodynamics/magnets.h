@@ -9,7 +9,8 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // Magnets in the order of the model. Spheres treated as point dipoles have the axes of the world.
+  // Magnets in the order of the model. For a sphere treated as a point dipole, the moment is given
+  // in world axes and the orientation is the identity.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
   // (dipoles x 3) Moments of the induced dipoles [A m^2]. If no magnet is an induced dipole, these
@@ -27,8 +28,8 @@ class Magnets {
   // an initial guess of the induced dipole moments.
   Magnetised at(const Team& team, const CarrierPlaces& places,
                 const std::vector<MagneticBody>& coils, const Points& moments = Points()) const;
-  // Returns the wrench on each carrier due to the magnets in each other's fields and in the uniform
-  // field.
+  // Returns the wrench on each carrier: the forces and torques on its magnets due to the uniform
+  // field and to the magnets of other groups (see groups()).
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Magnetised& magnetised) const;
   // Returns the energy of all magnets in each other's fields and in the uniform field, without
@@ -37,7 +38,7 @@ class Magnets {
 
   const std::vector<Index>& hard() const { return hard_; }        // indices of hard magnets
   const std::vector<Index>& induced() const { return induced_; }  // indices of induced magnets
-  // Returns MagneticModel::group() of each magnet.
+  // Returns MagneticModel::group() of each magnet's carrier.
   const std::vector<Index>& groups() const { return groups_; }
   bool dipoles_only() const { return !soft_; }  // whether all induced magnets are dipoles
   // Returns the polarisability of each induced magnet [A m^2/T], 0 unless it is a sphere.

@@ -1,4 +1,4 @@
-// Upper bound on the oscillation frequencies of bodies that carry magnets and coils, based on
+// Upper bound on the oscillation frequencies of bodies that carry magnets or coils, based on
 // core/magnetics/forces/stiffness.h. Sub-steps must resolve these frequencies.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace loomstone {
 
-// Input of the bound at one instant.
+// Input from which the bound is computed, at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
   const std::vector<MagneticBody>& magnets;  // magnetisation includes the effect of `currents`
@@ -19,8 +19,8 @@ struct Oscillators {
   std::vector<std::uint8_t> touching;        // (b) 1: body in contact
 };
 
-// Computes the bound from constant tables of the model. `model` and `magnets` must outlive the
-// SubstepFrequency.
+// Computes the bound. Contains only constant tables of the model. `model` and `magnets` must
+// outlive the SubstepFrequency.
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);

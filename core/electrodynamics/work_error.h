@@ -3,15 +3,17 @@
 //
 // Forces that grow as bodies approach each other do too much work in a sub-step, which appears as
 // spurious energy when the bodies meet. There are two causes. Let F0 and F1 be the forces at the
-// start and at the end, and W0 and W1 their work along the whole displacement.
+// start and at the end of the sub-step, and W0 and W1 the work that each of them would do if it
+// were constant along the whole displacement.
 //
 // The half kicks integrate the force along the displacement by the trapezoidal rule. A force that
 // changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0), which the rule
 // exceeds by (W1 - W0)^2 / (6 |W0 + W1|) to leading order.
 //
-// A free body of mass m is displaced by h (v + h F0 / 2m) in the time h, but its mean velocity is
-// v + h (F0 + F1) / 4m. Its kinetic energy grows by h times the mean force times the mean velocity.
-// This exceeds the work along the displacement by h^2 (F1^2 - F0^2) / 8m.
+// A free body of mass m and initial velocity v is displaced by h (v + h F0 / 2m) in the time h, but
+// the mean of its initial and final velocities is v + h (F0 + F1) / 4m. Its kinetic energy grows by
+// h times the mean force times this mean velocity. This exceeds the mean force times the
+// displacement by h^2 (F1^2 - F0^2) / 8m.
 //
 // Only forces that grow along their own direction count: W0 < W1 with equal signs. This condition
 // is the same for motion backwards in time. Errors of forces that drive a body back to an

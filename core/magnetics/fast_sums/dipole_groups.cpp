@@ -40,7 +40,8 @@ DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
       multipoles_(
           MultipoleExpansion::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
 
-// Adds a group of dipoles. Unused lanes have the position of its first dipole and no moment.
+// Adds a group of dipoles. Unused lanes have the position of the group's first dipole and no
+// moment.
 void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                        const Vec3& centre, double* moments) {
   tables_.resize(tables_.size() + dipole_group_size, 0.0);

@@ -79,8 +79,8 @@ Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, s
 }
 
 // Classifies candidate clusters as far from a sphere or near it. Near clusters with children are
-// opened if they are larger than the sphere. For a leaf cube, all of them are opened, and the
-// result contains the near groups instead of near clusters.
+// opened if they are larger than the sphere. For a leaf cube, all near clusters with children are
+// opened, and the result contains near groups instead of near clusters.
 ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
                                             const std::vector<Index>& candidates, bool leaf) const {
   Sorted result;

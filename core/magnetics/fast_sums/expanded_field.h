@@ -1,8 +1,9 @@
 // Field of a rigid source with many parts, evaluated at many points by an octree of local
-// expansions. The tree is built once in the axes of the source and refined towards its parts. Each
-// leaf cube has one local expansion for the field of all parts except the nearest, from
+// expansions. The octree is built once in the axes of the source and refined towards the parts.
+// Each leaf cube has one local expansion for the field of all parts except the nearest, from
 // multipole-to-local translations as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]). The
-// nearest parts are summed exactly, eight at a time.
+// nearest parts are summed exactly, eight at a time. Outside the octree, a multipole expansion of
+// the whole source is used.
 #pragma once
 
 #include "core/magnetics/fast_sums/source_groups.h"
@@ -26,7 +27,7 @@ class ExpandedField {
     double half;               // half the edge length [m]
     Index child = -1;          // first of eight children, -1 for a leaf
     Index local = -1;          // index of a leaf's local expansion; -1 for other cubes
-    Index begin = 0, end = 0;  // range of a leaf in `nearest_`
+    Index begin = 0, end = 0;  // range of a leaf's near groups in `nearest_`
   };
   const std::vector<Cube>& cubes() const { return cubes_; }
   // Returns the index of the leaf cube that contains a point, or -1 outside the octree.

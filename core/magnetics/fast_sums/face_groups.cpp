@@ -64,7 +64,7 @@ double FaceGroups::reach(Index part, const Vec3& from) const {
   return reach;
 }
 
-// Adds a group of faces. Unused lanes have the shape of its first face and no charge.
+// Adds a group of faces. Unused lanes have the shape of the group's first face and no charge.
 void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                      const Vec3& centre, double* moments) {
   const GaussRule& rule = gauss_rule(expansion.order() / 2 + 1);

@@ -28,7 +28,7 @@ struct Nodes {
   std::vector<double> at, weights;  // positions [m], and barycentric weights [BerrutTrefethen2004]
 
   Nodes(double low, double high, double size) {
-    constexpr double flat = 1e-9;  // longest edge that counts as zero, in units of `size`
+    constexpr double flat = 1e-9;  // largest length that counts as zero, in units of `size`
     const int n = high - low > flat * size ? n_nodes : 1;
     for (int k = 0; k < n; ++k) {
       const double angle = (2 * k + 1) * pi / (2 * n);
@@ -78,8 +78,8 @@ struct BoxNodes {
   }
 };
 
-// Returns the side of a body on which a panel lies: twice the axis closest to its normal, plus one
-// if the normal points along the negative axis.
+// Returns the index of the side of a body on which a panel lies: twice the index of the axis
+// closest to the panel's normal, plus one if the normal points along the negative axis.
 int side_of(const FlatPanel& panel) {
   int axis;
   panel.normal.cwiseAbs().maxCoeff(&axis);

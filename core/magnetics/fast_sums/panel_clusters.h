@@ -17,7 +17,7 @@ struct PanelCluster {
   double reach = 0.0;            // largest FlatPanel::reach of its panels [m]
   Index begin = 0, end = 0;      // range of its panels in the order of the clusters
   Index children[2] = {-1, -1};  // -1 for a leaf
-  Points nodes;                  // [m]
+  Points nodes;                  // positions of the Chebyshev nodes (n x 3) [m]
   // Lagrange polynomials of the nodes (columns). In a leaf, the rows are their integrals over the
   // panels [m^2]. In other clusters, the rows are their values at the nodes of both children [1].
   Eigen::MatrixXd weights;
@@ -37,15 +37,17 @@ class PanelClusters {
   // normals are closest to one of the six directions +-x, +-y and +-z.
   const std::vector<Index>& roots() const { return roots_; }
 
-  // gathered() selects the values of these panels from those of the whole set. scatter() adds
-  // `factor` times the values of these panels to those of the whole set.
+  // gathered() returns the values of the panels in the order of the clusters, taken from the values
+  // `all` of the whole set. scatter() adds `factor` times the values `own`, which are in the order
+  // of the clusters, to those of the whole set.
   Vector gathered(const Vector& all) const;
   void scatter(const Vector& own, double factor, Vector& all) const;
 
-  // Returns for each cluster the charges at its nodes that represent the given charge densities.
+  // Returns for each cluster the charges at its nodes that represent the charge densities of its
+  // panels. `densities` are in the order of the clusters.
   std::vector<Vector> node_charges(const Vector& densities) const;
-  // Returns the flux through each panel [T m^2]. `fields` contains the field at the nodes of each
-  // cluster (nodes x 3) [T].
+  // Returns the flux through each panel [T m^2], in the order of the clusters. `fields` contains,
+  // for each cluster, the field of its far clusters at its nodes (nodes x 3) [T]; see far_fields().
   Vector fluxes(std::vector<Points> fields) const;
 
  private:
@@ -57,8 +59,9 @@ class PanelClusters {
   std::vector<Index> roots_;
 };
 
-// Two interacting grids, one of each body. `share` is a factor of the charges on both grids: their
-// weight in Richardson extrapolation, or 1 if the grids of each body are combined.
+// Two interacting grids, one of each body. The charges of both grids are multiplied by `share`, the
+// weight of the grids in Richardson extrapolation. If the grids of each body are combined, `share`
+// is 1.
 struct GridPair {
   PanelGrid one, other;
   double share = 1.0;
@@ -80,7 +83,8 @@ struct ClusterPairs {
 };
 
 // Returns, for each cluster of `on`, the field that the node charges of its far clusters cause at
-// its nodes, in the axes of `on` (nodes x 3) [T].
+// its nodes, in the axes of `on` (nodes x 3) [T]. `charges` are the node charges of each cluster of
+// `by`; see node_charges().
 std::vector<Points> far_fields(const Team& team, const ClusterPairs& pairs, const PanelClusters& on,
                                const RigidPose& pose, const PanelClusters& by,
                                const std::vector<Vector>& charges);

@@ -43,7 +43,8 @@ class TaylorExpansion {
   };
   // Adds the fields of n far cells to those components of a local expansion that have a z exponent
   // of at most 1, except the constant, which does not affect field and gradient
-  // (multipole-to-local). complete() computes the components with a z exponent of 2 or more.
+  // (multipole-to-local). complete() computes the components with a z exponent of 2 or more from
+  // the others.
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
   // Shifts the complete expansion `parent` to a new centre, and adds its components with a z

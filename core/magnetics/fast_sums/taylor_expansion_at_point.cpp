@@ -11,7 +11,7 @@ namespace {
 constexpr int most_powers = TaylorExpansion::highest_order + 1;
 constexpr int below = 2;  // number of zeros before x^0, in place of the powers -2 and -1
 
-// Writes x^k / k! to out[k + below].
+// Writes x^k / k! to out[k + below] for k < n, and zeros to the first `below` entries.
 LOOMSTONE_INLINE void powers_of(double x, int n, double* out) {
   out[0] = out[1] = 0.0;
   out[below] = 1.0;
@@ -35,8 +35,8 @@ LOOMSTONE_INLINE Lanes first_of(const double* values, int n) {
                               lanes_bits(lanes_load<Lanes>(kept)));
 }
 
-// Evaluates the expansion at one point. `rows` contains the coefficients, ordered by powers of x
-// (fastest), z and y (slowest).
+// Evaluates the expansion at the point `at` relative to its centre. `rows` contains the
+// coefficients, ordered by powers of x (fastest), z and y (slowest).
 template <class Lanes>
 LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field,
                                    double* gradient) {

@@ -60,8 +60,8 @@ MultiIndices add_places(TaylorTables& t) {
   return indices;
 }
 
-// Recurrence for D_n = d^n (1/r) at the point x, with k = |n| and the unit multi-index e_i of axis
-// i:
+// Returns the recurrence for D_n = d^n (1/r) at the point x, where n is the multi-index at place
+// `at`, k = |n|, r = |x|, and e_i is the unit multi-index of axis i:
 //   k r^2 D_n + (2 k - 1) sum n_i x_i D_{n - e_i} + (k - 1) sum n_i (n_i - 1) D_{n - 2 e_i} = 0
 TaylorTables::Derivative derivative(const MultiIndices& indices, int at) {
   const int degree = indices[at].degree();

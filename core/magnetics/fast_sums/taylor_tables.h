@@ -40,7 +40,7 @@ struct TaylorTables {
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
   std::vector<Derivative> derivatives;   // one for each slim place
   std::vector<Trace> derivative_traces;  // one for each place with a z exponent of 2
-  std::vector<std::uint16_t> products;   // places of n + m for slim multi-indices, for add_far()
+  std::vector<std::uint16_t> products;   // places of n + m for slim n and m, for add_far()
   std::vector<Trace> traces;             // one for each non-slim place, sorted by z exponent
   std::vector<Shift> moment_shifts, local_shifts;
 };

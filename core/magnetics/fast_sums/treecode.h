@@ -17,7 +17,7 @@
 
 namespace loomstone {
 
-// Up to this number, all pairs of observer and dipole are summed directly.
+// Up to this number of pairs of an observer and a dipole, all pairs are summed directly.
 inline constexpr double most_direct_pairs = 6e7;
 
 struct TreecodeField {

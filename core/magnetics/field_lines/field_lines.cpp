@@ -15,9 +15,10 @@ constexpr double largest_turn = 0.1;  // approximate largest turn between output
 // Largest turn of the tangent in a step [rad]. It does not limit steps shorter than the allowed
 // error. At this turn, the error of cubic interpolation is 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
-// Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. The
-// limit matters for induced bodies: at distances below the size of a panel, the field shows the
-// pattern of the panels, and lines through weak fields may not end.
+// Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. At
+// smaller tolerances, run() allows more steps. The limit matters for induced bodies: at distances
+// below the size of a panel, the field shows the pattern of the panels, and lines through weak
+// fields may not end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
@@ -40,7 +41,7 @@ struct Solid {
   const Source* source;
   RigidPose pose;
   Mat3 rotation;
-  double layer = 0.0;  // [m]
+  double layer = 0.0;  // thickness of the layer [m]
 
   explicit Solid(const MagneticBody& body)
       : source(body.source.get()), pose(body.pose), rotation(rotation_matrix(pose.orientation)) {
@@ -137,9 +138,10 @@ class LineTracing {
     return nullptr;
   }
 
-  // Ends a line that enters a body, or its layer if `holds` tests for this, at a parameter t in
-  // (low, high]. The point at(high) must lie in the body or layer. Returns the point of entry into
-  // the body, or the point of the surface that is nearest to the entry into the layer.
+  // Ends a line that enters a body (`holds` is &Solid::holds) or the layer of a body (`holds` is
+  // &Solid::nearly_holds) at a parameter t in (low, high]. The point at(high) must lie in the body
+  // or layer. Returns the point of entry into the body, or the point of the body's surface that is
+  // nearest to the entry into the layer.
   template <class At>
   Vec3 end_at_body(Tracer& line, double low, double high, Test holds, At&& at) const {
     for (int i = 0; i < 40; ++i) {

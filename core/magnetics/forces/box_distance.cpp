@@ -1,5 +1,6 @@
 // Distance between two oriented boxes by the algorithm of Gilbert, Johnson and Keerthi [GJK88]. All
-// faces of a simplex are tested to find its point nearest to the origin.
+// faces of a simplex, which include its corners, its edges and the simplex itself, are tested to
+// find the point of the simplex nearest to the origin.
 #include <algorithm>
 #include <array>
 #include <limits>

@@ -7,10 +7,10 @@
 // cells that interact. These cells are called the front.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
-// leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3 of
-// a cube with this edge. If two cells are closer than the smaller leaf diameter R of the two
-// bodies, their force at the distance r is F ~ 1/(R^3 r), and their torque is T ~ 1/R^3. This law
-// conserves angular momentum.
+// leaves, not the centre of its box. In (6.19), a cell with longest edge e counts with the density
+// 1/e^3 of a cube with this edge. If two cells are closer than the smaller leaf diameter R of the
+// two bodies, their force at the distance r is F ~ 1/(R^3 r), and their torque is T ~ 1/R^3. This
+// law conserves angular momentum.
 #pragma once
 
 #include <vector>

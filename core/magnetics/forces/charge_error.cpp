@@ -25,20 +25,21 @@ double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
 }
 
 // Converts `difference`, the force on the estimated errors of the charge, into an estimated error
-// of `force`. The charge errors of panels are estimated by comparing two extrapolations. These
-// estimates exaggerate large errors and miss part of the error near a magnet. The formula was
-// therefore fitted to true errors. In nine of ten cases, its result is between half and ten times
-// the true error (docs/experiments/magnetics.md).
+// of `force`. `gap` is the result of relative_gap(). The charge errors of panels are estimated by
+// comparing two Richardson extrapolations. These estimates exaggerate large errors and miss part of
+// the error near a magnet. The formula was therefore fitted to true errors. In nine of ten cases,
+// its result is between half and ten times the true error (docs/experiments/magnetics.md).
 double calibrated(double difference, double force, double gap) {
   if (!(force > 0.0)) return difference;
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);
 }
 
-// Returns the factor by which the estimate is multiplied if both bodies are induced, because both
-// charges then have errors. The charge opposite the edges of the other body varies at the scale of
-// the gap, within panels that are not refined there. If the edges of the bodies are parallel and
-// the gap is less than 2.5 times the width (square root of the area) of the largest panel of `on`,
-// the errors add up along whole edges. The factors were fitted like those of calibrated().
+// Returns the factor by which the estimated error of the force on `on` is multiplied if both bodies
+// are induced, because both charges then have errors. The charge of `on` opposite the edges of `by`
+// varies at the scale of the gap, within panels that are not refined there. If the edges of the
+// bodies are parallel and the gap is less than 2.5 times the width (square root of the area) of the
+// largest panel on the finest grid of `on`, the errors add up along whole edges, and the factor is
+// larger. The factors were fitted to true errors, like the formula of calibrated().
 double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   constexpr double usual = 2.5, along_edges = 5.0, wide = 2.5, parallel = 1e-3;
   const auto box = on.source->box(), other = by.source->box();
@@ -55,8 +56,8 @@ double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   return gap < wide * std::sqrt(area) ? along_edges : usual;
 }
 
-// Returns two wrenches about `centre`. The first acts on the charge of an induced body, the second
-// on the estimated errors of this charge.
+// Returns two wrenches about `centre` that `by` exerts. The first acts on the charge of an induced
+// body, the second on the estimated errors of this charge.
 std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by,
                              const Vec3& centre) {
   if (const auto mine = mean_charges(induced), others = mean_charges(by); mine && others) {

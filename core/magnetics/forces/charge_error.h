@@ -1,5 +1,6 @@
 // Estimated errors of the forces on and from induced bodies, whose surface charge is approximate.
-// They are derived from the forces on the estimated errors of the charge.
+// They are derived from the force that the field of the other body would exert on a charge equal to
+// the estimated error.
 #pragma once
 
 #include <vector>
@@ -9,10 +10,11 @@
 namespace loomstone {
 
 // Returns the estimated error of the force that `by` exerts on `on`, or of the torque divided by
-// the radius of `on` if that is larger [N]. It is 0 if neither body is induced, and NaN if the
-// errors of a charge are unknown.
+// the radius of `on` if that error is larger [N]. It is 0 if neither body is induced, and NaN if
+// the charge errors of an induced body are unknown.
 double charge_error(const MagneticBody& on, const MagneticBody& by);
-// Returns for each body the sum of charge_error() over all other bodies (n) [N].
+// Returns for each body (n) the sum of the charge_error() of the forces that all other bodies exert
+// on it [N].
 Vector charge_errors(const Team& team, const std::vector<MagneticBody>& bodies);
 
 }  // namespace loomstone

@@ -2,9 +2,11 @@
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
 // J1 and J2 are the polarisations, and d_i is the derivative along axis i. R is the arm, the vector
 // (x, y, z) from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the products of the
-// signs of the corners' coordinates. For torques, T is replaced by y_a T - U, where y_a is the
-// lever along axis a about the centre of cuboid 2 and dU/dR_a = T. For a = j, the faces are normal
-// to axis a, the lever is constant on them, and U is zero.
+// signs of the coordinates of these two corners, each relative to the centre of its cuboid. For the
+// moment of F_k about the centre of cuboid 2 with the lever along axis a, y_a T - U replaces T.
+// Here y_a is the coordinate of the corner of cuboid 2 relative to this centre, and dU/dR_a = T.
+// For a = j, the charged faces of cuboid 2 are normal to axis a, so the lever is constant on them,
+// and U is zero.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
@@ -17,8 +19,8 @@ namespace loomstone {
 
 namespace {
 
-// Arms of eight pairs of corners: components x, length r, logarithms L_x = arsinh(x / hypot(y, z))
-// and angles A_x = arctan(y z / (x r)).
+// Arms (x, y, z) of eight pairs of corners: the components, the length r, and a logarithm and an
+// angle for each axis. Those of axis x are arsinh(x / hypot(y, z)) and arctan(y z / (x r)).
 template <class Lanes>
 struct Arms {
   Lanes x[3], log[3], angle[3], r;
@@ -92,7 +94,7 @@ LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
 }
 
 // Pairs of each of the eight corners of cuboid 1 with one corner of cuboid 2. `sign` is -s1 s2, and
-// y is the position of the corner of cuboid 2 relative to its centre [m].
+// y is the position of the corner of cuboid 2 relative to the centre of cuboid 2 [m].
 template <class Lanes>
 struct Corners {
   Arms<Lanes> arms;
@@ -118,12 +120,13 @@ LOOMSTONE_INLINE void add_term(const Corners<Lanes>& c, Term t, Lanes* forces, L
 }
 
 // Half edge lengths a of cuboid 1 and b of cuboid 2 [m], vector d from the centre of 1 to that of 2
-// [m], and polarisations [T].
+// [m], and polarisations [T], all in the axes of cuboid 1.
 struct CuboidPair {
   Vec3 a, b, d, j1, j2;
 };
 
-// Returns the pairs of all corners of cuboid 1 (one per lane) with one corner of cuboid 2.
+// Returns the pairs of all corners of cuboid 1 (one per lane) with the corner of cuboid 2 that has
+// the index `corner`. Arms have components of at least `least` [m] in absolute value.
 template <class Lanes>
 LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, double least) {
   const double *a = pair.a.data(), *b = pair.b.data(), *d = pair.d.data();
@@ -147,12 +150,12 @@ LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, d
 }
 
 // Adds to `force` (3) the sums of -s1 s2 J1_i J2_j T_ijk over i, j and all pairs of corners. Adds
-// to `levers` (3 x 3: axis of the lever, component of the force) the corresponding moments about
-// the centre of cuboid 2.
+// to `levers` the corresponding moments about the centre of cuboid 2 (3 x 3; row: axis of the
+// lever, column: component of the force).
 template <class Lanes>
 LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
   const double *a = pair.a.data(), *b = pair.b.data();
-  // Coplanar faces of the two cuboids count as this far apart, in the direction from 1 to 2.
+  // Coplanar faces of the two cuboids count as this far apart [m], in the direction from 1 to 2.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
   for (Lanes& f : forces) f = Lanes{};

@@ -39,7 +39,7 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Applies moved_outside() of a solid body to points in world axes (n x 3) [m].
+// Applies moved_outside(), with the source of `solid`, to points in world axes (n x 3) [m].
 void move_outside(const MagneticBody& solid, Points& x) {
   const Mat3 rotation = rotation_matrix(solid.pose.orientation);
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -106,9 +106,9 @@ int dimensions(const Source& source) {
   return 1;
 }
 
-// Returns whether to integrate over `a`. The integral is over the simpler body, or over the smaller
-// one if both are equally simple. Positions decide between bodies of equal size, so the choice does
-// not depend on the order of the bodies.
+// Returns whether to integrate over `a`. The integral is over the body with fewer dimensions(), or
+// over the one with the smaller radius if the dimensions are equal. Positions decide between bodies
+// of equal radius, so the choice does not depend on the order of the bodies.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
@@ -135,7 +135,7 @@ void check_force_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Stores the wrenches that bodies with a single dipole, such as spheres, exert on each other.
+// Stores the wrenches that bodies with a single dipole, such as hard spheres, exert on each other.
 // Returns a mask of these bodies. Bodies with cells do not count among them.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
@@ -163,8 +163,8 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
-// Adds the wrenches between single dipoles and the other bodies, unless both are on one carrier.
-// The field of each body is evaluated at all these dipoles at once.
+// Adds the wrenches between single dipoles and the other bodies, except for pairs on one carrier.
+// The field of each other body is evaluated at all dipoles on other carriers at once.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
                            const std::vector<bool>& single, const std::vector<Index>& carrier,
                            const std::vector<KnownField>& known, std::vector<Wrench>& result) {
@@ -206,7 +206,8 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Returns the pairs i < k of bodies on different carriers, neither of which is in `done`. Throws
+// Returns the pairs i < k of bodies on different carriers, except those with a body marked in
+// `done`. If `carrier` is empty, all bodies count as being on different carriers. Throws
 // InvalidInput if an open polyline and any other body are on different carriers.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
@@ -254,8 +255,8 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
     return energy;
   }
   const std::vector<Panel> surface = on.source->surface();
-  // Absolute scale of the tolerance: a thousandth of the energy of the total moment in a typical
-  // field of the other body.
+  // Absolute scale of the tolerance [J]: a thousandth of the energy of the total moment of `on` in
+  // a typical field of `by`.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
                        (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
   const PanelTask task{*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
@@ -314,7 +315,8 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);
   add_dipoles_in_fields(team, bodies, single, carrier, known, result);
-  // A first, rough pass finds the largest force. A second pass refines the pairs that need it.
+  // A first, rough pass finds the largest force. A second pass refines the pairs whose error is too
+  // large relative to it.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {
     on_first[p] = magnetic_wrench(bodies[pairs[p].first], bodies[pairs[p].second], wanted, least);

@@ -1,11 +1,12 @@
-// Forces and torques between bodies. In general, the charge or current of one body is integrated in
-// the field of the other. The reaction on the other body follows from the balance of linear and
-// angular momentum, which therefore holds up to rounding errors.
+// Forces and torques between bodies. In general, the force that the field of one body exerts on the
+// charge or current of the other is integrated. The reaction on the first body follows from the
+// balance of linear and angular momentum, which therefore holds up to rounding errors.
 //
-// Dipoles, cells and hard spheres need no integral, and parallel cuboids have a closed form.
-// Induced bodies are integrated over samples of their charge, and other bodies over their panels.
-// Bodies that overlap slightly, as rigid bodies in contact do, attract or repel each other as if
-// they touched; overlap.h finds overlaps.
+// Dipoles, cells and hard spheres need no integral, and pairs of parallel cuboids have a closed
+// form. Integrals over an induced body are sums over samples of its charge; for pairs of induced
+// bodies, see also panel_wrench.h. Integrals over other bodies are adaptive; see
+// panel_quadrature.h. Bodies that overlap slightly, as rigid bodies in contact do, attract or repel
+// each other as if they touched; overlap.h finds overlaps.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
@@ -15,8 +16,8 @@ namespace loomstone {
 struct Wrench {
   Vec3 force = Vec3::Zero();   // force [N]
   Vec3 torque = Vec3::Zero();  // torque about the centre of the body [N m]
-  // Estimated error of the force and of torque / radius due to integration [N]; see also
-  // charge_error.h.
+  // Estimated error of the force and of torque / radius [N], due to integration or, for parallel
+  // cuboids, to rounding. It does not include the error of induced charge; see charge_error.h.
   double error = 0.0;
 };
 
@@ -36,20 +37,21 @@ struct KnownField {
 // Returns the wrench on every body exerted by all others. With the same exceptions as for
 // magnetic_wrench(), the estimated error of each pair is at most `tolerance` times the largest
 // force that a rough first pass finds, or times the pair's own force or torque / radius if that is
-// larger. Single dipoles, which include hard spheres, interact by one direct sum. The forces
-// between them and another body follow from the field of that body at all single dipoles. Results
-// do not depend on the number of threads or on `known`, whose fields are not computed again.
-// `carrier` (optional) is the index of the rigid body that carries each magnet. Forces between
-// magnets on one carrier are omitted, except those between single dipoles, which cancel in the
-// carrier's total.
+// larger. Bodies with a single dipole, such as hard spheres, interact by one direct sum. The forces
+// between them and any other body follow from the field of the other body at all these dipoles.
+// Results do not depend on the number of threads or on `known`, whose fields are not computed
+// again. `carrier` (optional) contains, for each body, the index of the rigid body that carries it.
+// Forces between bodies on one carrier are omitted, except those between single dipoles, which
+// cancel in the carrier's total.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});
 
-// Returns the interaction energy [J] of two bodies at constant magnetisation. It is defined for
-// solid magnets and dipoles only. At most one of the bodies may be induced.
+// Returns the interaction energy [J] of two bodies at constant magnetisation. Throws Unsupported if
+// a body is a current, or if both bodies are induced.
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance);
-// Returns the sum of the energies of all pairs with different carriers [J].
+// Returns the sum of the energies of all pairs of bodies on different carriers, or of all pairs if
+// `carrier` is empty [J].
 double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
                        const std::vector<Index>& carrier = {});
 

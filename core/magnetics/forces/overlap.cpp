@@ -100,7 +100,8 @@ Vec3 moved_outside(const Source& solid, const Vec3& point) {
     return point;
   const double depth = solid.depth(point);
   if (depth < 0.0) return point;
-  // Distance above the surface, far larger than rounding errors of the field's closed forms.
+  // Distance above the surface [m]. It far exceeds the rounding errors of distances in the closed
+  // forms of the field.
   const double above = 1e-9 * solid.radius();
   return point + (depth + above) * outward_normal(solid, point);
 }
@@ -119,7 +120,7 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
   std::vector<std::pair<std::size_t, std::size_t>> found;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const MagneticBody& body = bodies[order[i]];
-    // The margin of 1e-5 ensures that wires that only touch each other are tested, too.
+    // The margin of 1e-5 radii ensures that wires that only touch each other are tested, too.
     const double right = body.pose.position.x() + (1.0 + 1e-5) * body.source->radius();
     for (std::size_t k = i + 1; k < order.size() && left[order[k]] < right; ++k)
       if (overlap(body, bodies[order[k]]) || wires_meet(body, bodies[order[k]]))

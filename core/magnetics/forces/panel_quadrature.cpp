@@ -15,8 +15,9 @@ namespace {
 struct Integrand : PanelTask {
   Mat3 rotation;
 
-  // Evaluates the integrand, as a density in u and v, at the nu x nv points of a tensor-product
-  // rule on a part of a panel.
+  // Evaluates the integrand, as a density with respect to u and v, at the nu x nv points of a
+  // tensor-product rule. The rule covers the part of the panel between `from` and `from` + `size`,
+  // which are pairs (u, v).
   void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv,
                 Vec6* values) const {
     const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
@@ -52,7 +53,8 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel, with its integral and the quadrature error in each direction.
+// Part of a panel (a rectangle in u and v), with the integral over it and the estimated quadrature
+// error in each direction.
 struct Leaf {
   Index panel;
   double from[2], size[2];
@@ -61,7 +63,8 @@ struct Leaf {
 };
 
 // Returns the estimated error of a Gauss rule in one direction (see panel_quadrature.h). Each entry
-// of `sums` belongs to a point in this direction and is the integral over the other direction.
+// of `sums` belongs to one of the rule's points in this direction and is the integral over the
+// other direction.
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {
@@ -111,10 +114,10 @@ Total total_of(const std::vector<Leaf>& leaves) {
   return t;
 }
 
-// Bisects leaves with more than half of an equal share of the tolerated error, until the total
-// error meets the tolerance or the limit of evaluations is exceeded.
+// Integrates over all panels. Bisects leaves whose error exceeds half of an equal share of the
+// tolerated error, until the total error meets the tolerance or most_evaluations is exceeded.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // `n` is the number of points in each direction. Higher orders are faster at small tolerances.
+  // `n` is the number of points in each direction. Larger numbers are faster at small tolerances.
   const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
   std::vector<Leaf> leaves(integrand.panels.size());
   Index evaluations = 0;
@@ -126,8 +129,8 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
   for (;;) {
     const Total total = total_of(leaves);
     const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
-    // If the integrals of the leaves nearly cancel, the tolerance is relative to 1e-6 of the sum of
-    // their norms.
+    // If the integrals over the leaves nearly cancel, the tolerance is relative to 1e-6 of the sum
+    // of the norms of these integrals.
     const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
     if (total.error <= goal || evaluations > most_evaluations) return total;
     const double share = 0.5 * goal / static_cast<double>(leaves.size());

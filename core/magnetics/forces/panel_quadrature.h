@@ -1,9 +1,9 @@
 // Adaptive quadrature of one source's field over the panels of another. Panels with tensor-product
-// Gauss rules are bisected, in the direction with the larger error, until the estimated error is
-// below the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
+// Gauss rules are bisected, in the direction with the larger error, until the estimated total error
+// meets the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
 // of the integrand. Coefficients are assumed to decay geometrically. Let l be the larger of the
-// last two coefficients that the rule resolves, and c the largest of all. The estimated error is
-// then 2 l^2 / c.
+// last two coefficients that the rule resolves, and c the largest of all that it resolves. The
+// estimated error is then 2 l^2 / c.
 #pragma once
 
 #include <vector>
@@ -16,12 +16,12 @@ namespace loomstone {
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 // `wrench` is the force [N], followed by the torque about the centre of the panels' body divided by
-// its radius [N], both in the axes of `by`. Rigid bodies in contact overlap by rounding errors and
-// by the contact solver's tolerance. The normal component of H jumps at a charged face, so charge
-// inside `by` experiences the field at the nearest point outside it. `energy` is minus the integral
-// of M.B over the volume inside the panels [J], as the first of six components. Because div B = 0
-// and M is uniform, it equals the integral of -(M.x) B.n over the closed surface. B.n does not jump
-// at charged faces.
+// PanelTask::radius [N], both in the axes of PanelTask::by. Rigid bodies in contact overlap by
+// rounding errors and by the contact solver's tolerance. The normal component of H jumps at a
+// charged face, so charge inside the body `by` experiences the field at the nearest point outside
+// this body. `energy` is minus the integral of M.B over the volume inside the panels [J], as the
+// first of six components. Because div B = 0 and M is uniform, this equals the integral of -(M.x)
+// B.n over the closed surface. B.n does not jump at charged faces.
 enum class PanelQuantity { wrench, energy };
 
 struct PanelIntegral {

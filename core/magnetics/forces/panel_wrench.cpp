@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Adds the force and torque that a field exerts on a charge at `position`. All vectors are in the
-// axes of the body.
+// Adds to `sum` the force and torque that `field` exerts on a charge at `position`. All vectors are
+// in the axes of the body with the charge.
 void add_force(const Vec3& position, double charge, const Vec3& field, Wrench& sum) {
   const Vec3 force = charge * field;
   sum.force += force;

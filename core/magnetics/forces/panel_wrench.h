@@ -1,8 +1,8 @@
-// Forces between two bodies with uniformly charged panels, in O(N log N) time. The field of near
-// panels is evaluated at the sample points of the other body, and the field of far clusters at the
-// nodes of that body's clusters; see panel_clusters.h. If each grid of one body interacts only with
-// the corresponding grid of the other (interacting_grids()), Richardson extrapolation is applied to
-// the force.
+// Forces between two bodies with uniformly charged panels, in O(N log N) time. The field of one
+// body is evaluated at the other: at its sample points for near panels, and at the nodes of its
+// clusters for far clusters; see panel_clusters.h. If each grid of one body interacts only with the
+// corresponding grid of the other (interacting_grids()), Richardson extrapolation is applied to the
+// force.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace loomstone {
 
-// Panels at a pose. The charges mu0 sigma [T] are already multiplied by PanelGrid::share.
+// Charged panels at a pose. The charges mu0 sigma [T] are already multiplied by PanelGrid::share.
 struct PlacedCharges {
   const PanelSet& set;
   const Vector& charges;
@@ -26,7 +26,7 @@ struct PlacedCharges {
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
 
 // panel_wrench() returns the wrench on `on`. panel_wrenches() returns one wrench for each set of
-// charges on the panels `on`. Neither estimates Wrench::error, which is 0.
+// charges on the panels `on` at `pose`. Neither estimates Wrench::error, which is 0.
 Wrench panel_wrench(const PlacedCharges& on, const PlacedCharges& by);
 std::vector<Wrench> panel_wrenches(const PanelSet& on, const RigidPose& pose,
                                    const std::vector<Vector>& charges, const PlacedCharges& by);

@@ -29,8 +29,8 @@ Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
   return positions;
 }
 
-// Divides a box into equal boxes and returns their centres and size. They are nearly cubes, unless
-// this would need more than most_parts boxes.
+// Divides a box into equal parts and returns their centres and size. The parts are nearly cubes,
+// unless this would need more than most_parts of them.
 CoarseMagnet divided(const Vec3& low, const Vec3& high) {
   const Vec3 edges = high - low;
   int count[3] = {1, 1, 1};
@@ -83,9 +83,9 @@ double yielding(const Carrier& carrier, const Vec3& point) {
   return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
 }
 
-// Returns the largest restoring stiffness of two dipoles with constant moments, times r^5 / (3
-// mu0/4pi). It is the largest eigenvalue of the Hessian of their energy; the Hessian is traceless.
-// n is the unit vector from one dipole to the other.
+// Returns the largest restoring stiffness of two dipoles with constant moments at the distance r,
+// times r^5 / (3 mu0/4pi). This stiffness is the largest eigenvalue of the Hessian of their energy;
+// the Hessian is traceless. n is the unit vector from one dipole to the other.
 double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
   const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();
@@ -109,9 +109,10 @@ constexpr int sphere_rows = 6;
 // restoring stiffness of the spheres.
 constexpr double neighbours = 1.6;
 
-// Returns an upper bound of the amount by which all spheres far from sphere i raise its squared
-// frequency, divided by the moment of i and by mu0/4pi. `near` receives the indices of the spheres
-// that are not far, including i, and possibly indices of padding, which the caller must skip.
+// Returns an upper bound of the amount by which all spheres far from sphere i (see `neighbours`)
+// raise its squared frequency, divided by the moment of i and by mu0/4pi. `near` receives the
+// indices of the spheres that are not far, including i, and possibly indices of padding, which the
+// caller must skip.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {
@@ -149,8 +150,8 @@ struct PlacedMagnet {
   const Carrier& carrier;
 };
 
-// Returns an upper bound of the amount by which two magnets raise the squared frequency of either
-// carrier [1/s^2].
+// Returns an upper bound of the amount by which the forces between two magnets raise the squared
+// angular frequency of each of their carriers [1/s^2].
 double pair_frequency2(const PlacedMagnet& a, const PlacedMagnet& b) {
   const double turning = (a.magnet.soft_sphere ? 0.0 : a.carrier.inverse_inertia) +
                          (b.magnet.soft_sphere ? 0.0 : b.carrier.inverse_inertia);

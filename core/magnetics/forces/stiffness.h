@@ -2,8 +2,9 @@
 // integrator must resolve these frequencies. A solid magnet is approximated by dipoles at the
 // centres of up to 64 equal parts of its bounding box. A loop or solenoid is treated as a magnet
 // that fills its bore and is at least one radius long. At a distance r, the force between two
-// dipoles changes by at most 24 mu0/4pi m m' / r^5 per displacement, and the torque by at most 2
-// mu0/4pi m m' / r^3 per angle. The mean size of the two parts replaces r if r is smaller.
+// dipoles with moments m and m' changes by at most 24 mu0/4pi m m' / r^5 per displacement, and the
+// torque by at most 2 mu0/4pi m m' / r^3 per angle. If r is less than the mean size of the two
+// parts that the dipoles represent, this mean size replaces r.
 #pragma once
 
 #include <memory>
@@ -14,7 +15,7 @@
 namespace loomstone {
 
 struct CoarseMagnet {
-  std::shared_ptr<const Points> positions;  // dipoles in the source's axes (n x 3) [m]
+  std::shared_ptr<const Points> positions;  // of the dipoles, in the source's axes (n x 3) [m]
   double moment = 0.0;                      // largest moment of a dipole [A m^2]
   double size = 0.0;                        // size of a part [m]; 0 for dipoles
   bool soft_sphere = false;                 // true: the magnet is also given as a SoftSphere
@@ -38,9 +39,9 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<Index>& carrier,
                                  const std::vector<Carrier>& carriers, double field);
 
-// A sphere that magnetises along the field (chi > 0). It experiences no torque. Its stiffness is
-// computed for constant moments. This is an upper bound, because the stiffness is smaller if the
-// moments follow the field.
+// A sphere that magnetises along the field (chi > 0). It experiences no torque. The stiffness of
+// the forces on it is computed for constant moments. This is an upper bound, because the stiffness
+// is smaller if the moments follow the field.
 struct SoftSphere {
   Index carrier;
   Vec3 position, moment;  // [m], [A m^2]

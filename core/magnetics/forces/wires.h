@@ -7,7 +7,7 @@
 namespace loomstone {
 
 // Returns whether two thin wires (loops or polylines) come closer to each other than 1e-6 of the
-// sum of their radii. Returns false if either source is not a thin wire.
+// sum of their radii (Source::radius()). Returns false if either source is not a thin wire.
 bool wires_meet(const MagneticBody& a, const MagneticBody& b);
 
 }  // namespace loomstone

@@ -12,8 +12,9 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-// Number of leaves at which bisection stops. For a block on a plate, also rotated by 17 and 45
-// degrees, the relative error of the force is then at most 1e-3 (docs/experiments/magnetics.md).
+// Number of leaves at which bisection stops. For a block on a plate, with or without a rotation of
+// the block by 17 or 45 degrees, the relative error of the force is then at most 1e-3
+// (docs/experiments/magnetics.md).
 constexpr std::size_t most_leaves = 4000;
 // Panels and leaves are bisected if their error is at least this fraction of the largest error.
 constexpr double worst = 0.1;
@@ -24,10 +25,10 @@ struct Judged {
   double whole() const { return error[0] + error[1]; }
 };
 
-// Returns the error of the three-point rule in one direction of a panel. `sums` contains the
-// integrand at the three points, summed over the other direction. The rule is exact up to degree 5,
-// so its error is about the Legendre coefficient of degree 6. This coefficient is estimated from
-// that of degree 2 by assuming geometric decay.
+// Returns the estimated error of the three-point rule in one direction of a panel. `sums` contains
+// the integrand at the three points, integrated over the other direction. The rule is exact up to
+// degree 5, so its error is about the Legendre coefficient of degree 6. This coefficient is
+// estimated from that of degree 2 and the largest one by assuming geometric decay.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;
@@ -41,8 +42,8 @@ double rule_error(const Vec3* sums) {
 }
 
 // Returns the estimated errors and the integral of (B.n)^2 on a panel with the unit normal
-// `direction`. `areas` are the areas of its points [m^2]. `field` is B at the points, row by row,
-// in the axes of the body [T]. `normal` receives B.n [T].
+// `direction`. `areas` are the areas that the points of the panel represent [m^2]. `field` is B at
+// the points, row by row, in the axes of the body [T]. `normal` receives B.n at the points [T].
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();
@@ -202,7 +203,7 @@ class Refinement {
   Mat3 rotation_;
   AppliedField result_;
   std::vector<Judged> panels_, leaves_;  // estimates for each panel and each leaf
-  std::vector<std::size_t> fresh_;       // leaves without an estimate
+  std::vector<std::size_t> fresh_;       // indices of leaves without an estimate
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Normal component of the applied field on the panels of a body, sampled at enough points for
-// integration. Panels are bisected where the field varies too much within them, for example under
-// the edges of a pole that touches the body.
+// Normal component of the applied field on the panels of a body, sampled at enough points to
+// integrate the force on the body. Panels are bisected where the field varies too much within them,
+// for example under the edges of a pole that touches the body.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct AppliedField {
     FlatPanel panel;
     Index parent = 0;
     Vec3 positions[points];                // positions of the points [m]
-    double areas[points], normal[points];  // areas of the points [m^2] and B.n there [T]
+    double areas[points], normal[points];  // area that each point represents [m^2], B.n there [T]
   };
   Vector normal;                     // B.n at the samples of the panels [T]
   std::vector<Leaf> leaves;          // parts of bisected panels

@@ -257,8 +257,8 @@ class MeshBoundaryElements final : public BoundaryElements {
         [&](Index k) {
           const auto one = std::make_shared<const PanelSet>(std::vector{panels[k]}, 1);
           const ChargedPanels source(one, Vector::Ones(1));
-          // Near the panel, 4 x 4 points are used, because the field has a logarithmic singularity
-          // along a shared edge.
+          // On panels near panel k, 4 x 4 points are used, because the field has a logarithmic
+          // singularity along a shared edge.
           std::vector<Index> beside;
           double flux[n_lanes];
           for (Index i = 0; i < n; ++i) {

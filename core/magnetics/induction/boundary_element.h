@@ -1,14 +1,14 @@
 // Boundary element method for the surface charge of a linear body in an applied field. It solves
 // the integral equation of the second kind
 //   (1/chi + 1/2) sigma - K sigma = n.H,
-// where K sigma is the normal field of the charge, averaged over both sides of the surface. The
-// charge is uniform on each panel, and both sides of the equation are integrated over each panel
-// (Galerkin).
+// where H is the applied field and K sigma the normal field of the charge, averaged over both sides
+// of the surface. The charge is uniform on each panel, and both sides of the equation are
+// integrated over each panel (Galerkin).
 //
-// By Gauss' law, half of the flux of a panel's charge passes outwards through the surface. Diagonal
-// entries are set such that each column sums to exactly this value. A rank-one term keeps the net
-// charge zero even if 1/chi vanishes. The method is valid for all chi from -1 (a superconductor) to
-// infinity, except 0.
+// By Gauss' law, the flux of a panel's charge through the whole surface, averaged over both sides,
+// is half of this charge. The diagonal entries of K are set such that each column sums to exactly
+// this value. A rank-one term in the equation keeps the net charge zero even if 1/chi vanishes. The
+// method is valid for all chi from -1 (a superconductor) to infinity, except 0.
 #pragma once
 
 #include <array>
@@ -43,10 +43,10 @@ class BoundaryElements {
 // its own equation, with an eighth of the unknowns.
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
-// Returns the matrix for triangles of a closed surface. The flux of a panel through near panels is
-// computed from its field at 4 x 4 points of each. The flux between far panels is computed by
-// quadrature over both. The diagonal entries absorb the quadrature error, so that Gauss' law holds
-// exactly.
+// Returns the matrix for triangles of a closed surface. The flux of a panel through a near panel is
+// computed from the field of the first at 4 x 4 points of the second. The flux between far panels
+// is computed by quadrature over both. The diagonal entries absorb the quadrature error, so that
+// Gauss' law holds exactly.
 std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
                                                          const std::vector<FlatPanel>& panels);
 

@@ -1,5 +1,6 @@
-// Coupling of linear bodies: the excitation of each body by magnets (applied_i in the equations of
-// linear_magnetization.h) and by the charge of the other bodies (the sum of G_ij x_j).
+// Coupling of linear bodies: the excitation of each body by magnets, currents and a uniform field
+// (applied_i in the equations of linear_magnetization.h) and by the charge of the other linear
+// bodies (the sum of G_ij x_j).
 #pragma once
 
 #include <map>
@@ -15,19 +16,19 @@ namespace loomstone {
 
 class CoupledResponse {
  public:
-  // Keeps a reference to the bodies. Their susceptibilities may change afterwards, but their poses
-  // must not.
+  // Keeps references to both arguments. The susceptibilities of the bodies may change afterwards,
+  // but their poses must not.
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
-  // Returns the excitation of each body (fluxes through its panels, or harmonics of a sphere) by
-  // the sources `hard` and a uniform field. For a body i made of panels, applied[i] is set to the
-  // applied field on its panels.
+  // Returns the excitation of each body (fluxes through its panels, or coefficients of a sphere's
+  // harmonics) by the sources `hard` and the uniform flux density `field` [T]. For a body i made of
+  // panels, applied[i] is set to the applied field on its panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 
-  // Returns the excitation of one body by the charges of all other bodies. Pairs of bodies with
-  // panels use MutualFluxes. Spheres with a common z axis use translations of their harmonics. For
-  // other pairs, the field is evaluated at samples.
+  // Returns the excitation of the body `target` by the charges of all other bodies. Pairs of bodies
+  // with panels use MutualFluxes. Spheres with a common z axis use translations of their harmonics.
+  // For other pairs, the field is evaluated at the samples of the target.
   Vector received(std::size_t target, const std::vector<Vector>& charges) const;
 
   // Returns the bodies as sources with given charges, which vary within panels in the same way as

@@ -1,22 +1,23 @@
-// Flux linkage of magnetised bodies with coils, by reciprocity. It is the integral of the dot
-// product of the magnetisation and the field of a current of one ampere in the coil. For a body
-// without volume charge, it equals -mu0 times the sum of q psi, where q is the surface charge of
-// the body and psi the scalar potential of the coil. The branch of psi must be continuous in the
-// body. For a body in the bore, psi therefore decreases along the bore in the field's direction.
+// Flux linkage of magnetised bodies with coils, by reciprocity. It is the integral, over the body,
+// of the dot product of the magnetisation and the flux density of a current of one ampere in the
+// coil. For a body without volume charge, it equals -mu0 times the sum of q psi, where q is the
+// surface charge of the body and psi the scalar potential of the coil. The branch of psi must be
+// continuous in the body. For a body in the bore, psi therefore decreases along the bore in the
+// field's direction.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
 
 namespace loomstone {
 
-// Location of those parts of a body that are at the height of the turns of a winding. If the body
-// lies beyond the ends of the winding, both values are false. Both are true if edges of polygons on
-// its surface pass through the bore and outside it at this height.
+// Location of those parts of a body that lie between the heights of a winding's ends. If the whole
+// body lies beyond an end of the winding, both values are false. Both are true if edges of polygons
+// on the body's surface pass, between these heights, through the bore and also outside it.
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
-// Locates a solid body relative to a winding. If its surface consists of polygons, their edges are
-// tested, and otherwise the centre and radius of the body.
+// Locates a solid body relative to a winding. If the body's surface consists of polygons, their
+// edges are tested, and otherwise the centre and radius of the body.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
 // Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid

@@ -20,9 +20,10 @@ struct GmresResult {
 
 // Solves A x = `right`; apply(x) returns A x. The iteration stops if the residual is at most
 // `tolerance` times the norm of the right side, or after `most` steps. `start` is the initial guess
-// (warm start); if it is empty, the guess is zero. The guess is returned unchanged if its residual
-// is at most (1 + 1e-6) times the tolerance, because rounding may lift the residual of a converged
-// solution slightly above the tolerance. `residual` is then at most the tolerance.
+// (warm start); if it is empty, the guess is zero. The guess is returned unchanged if its relative
+// residual is at most (1 + 1e-6) times the tolerance, because rounding may lift the residual of a
+// converged solution slightly above the tolerance. GmresResult::residual is then at most the
+// tolerance. If `right` is zero, the solution is zero for any `start`.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
                   const Vector& start = {}) {

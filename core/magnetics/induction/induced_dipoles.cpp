@@ -20,8 +20,8 @@ namespace {
 // iterations (31 MB).
 constexpr Index most_kept = 1400;
 
-// Computes 1/R^3 and 3/R^5 for the vectors from every sphere to the eight spheres at x (coordinate
-// arrays). Both are 0 if R = 0.
+// Computes 1/R^3 and 3/R^5 for the distances R of every sphere from the eight spheres at x
+// (coordinate arrays). Both factors are 0 if R = 0.
 template <class Lanes>
 LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, Index n,
                                       double* factors) {

@@ -24,7 +24,7 @@ Points induced_moments(const Team& team, const Points& positions, const Vector& 
                        const Points& applied, double tolerance, const Points& start = {});
 
 // Returns the moments like induced_moments(), but for given radii [m] and susceptibilities [1].
-// Throws InvalidInput if an argument is out of range.
+// Throws InvalidInput if an argument is invalid.
 Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,
                       const std::vector<double>& susceptibilities, const Points& applied,
                       double tolerance);

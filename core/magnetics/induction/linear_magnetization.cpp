@@ -85,7 +85,7 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     turned[pair.i] = turned[pair.k] = true;
     const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
     const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
-    // A half turn about the bisector of the z axis and the line of centres maps the axis onto the
+    // A half turn about the bisector of the z axis and the line of centres maps the z axis onto the
     // line. Of the line's two directions, the one with z >= 0 is used.
     const Vec3 about = half.normalized();
     result[pair.i].pose.orientation = result[pair.k].pose.orientation =
@@ -110,9 +110,9 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// Updates the effective susceptibility of a saturating body. The demagnetisation factor of the body
-// follows from the volume means of the applied field and of the magnetisation. Returns false if the
-// susceptibility remains the same within the tolerance.
+// Updates the effective susceptibility of the body `now`, if it saturates. The demagnetisation
+// factor of the body follows from the volume means of the applied field and of the magnetisation.
+// Returns false if the susceptibility remains the same within the tolerance.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;
@@ -152,8 +152,8 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
                                      [](const SoftBody& body) { return body.saturation > 0.0; });
   for (int round = 0; round < most_rounds; ++round) {
     // One sweep of block Gauss-Seidel. Each body responds to the new charge of the bodies before it
-    // in the list and to the old charge of those after it. GMRES then takes fewer iterations than
-    // if all bodies responded to old charge.
+    // in the list, to the old charge of those after it and, if `driven`, to the applied field.
+    // GMRES then takes fewer iterations than if all bodies responded to the old charge.
     const auto swept = [&](std::vector<Vector> charges, bool driven) {
       for (std::size_t i = 0; i < soft.size(); ++i) {
         Vector received = coupling.received(i, charges);
@@ -213,7 +213,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
       // Samples of the body cannot show an overlap with a source that has no interior or that lies
-      // inside the body. The centre of the source or its dipoles are therefore tested, too.
+      // inside the body. The centre of a solid source, or the dipoles of any other source, are
+      // therefore tested, too.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();

@@ -2,6 +2,7 @@
 // alone, and G_ij maps the charge of body j to its field at body i. GMRES solves
 //   x_i = R_i (applied_i + sum over j != i of G_ij x_j)
 // for the charges x_i of all bodies at once, preconditioned by a block Gauss-Seidel sweep.
+// applied_i is the excitation of body i by the magnets, the currents and a uniform field.
 #pragma once
 
 #include <string>
@@ -19,10 +20,10 @@ struct Induction {
 
 // Magnetises `soft` in the field of `hard` and the uniform field `field` [T] to a relative residual
 // of `tolerance`. If the degree of a sphere's harmonics is automatic, it is chosen for `tolerance`,
-// too. The volume means of a body with saturation satisfy M = chi H / (1 + chi |H| / M_s). Its
-// effective susceptibility chi (1 - |M| / M_s) is the same everywhere in the body. Throws
-// SolverFailure if no equilibrium is found, and InvalidInput if `tolerance` is not in [1e-14, 0.1]
-// or `field` is not finite.
+// too. In a body with saturation, the volume means of M and H satisfy
+// M = chi H / (1 + chi |H| / M_s). The effective susceptibility chi (1 - |M| / M_s) is the same
+// everywhere in this body. Throws SolverFailure if no equilibrium is found, and InvalidInput if
+// `tolerance` is not in [1e-14, 0.1] or `field` is not finite.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
@@ -32,9 +33,9 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
                  const std::vector<std::string>& names);
 
 // Returns the explicit response of [Thomaszewski2010], as dipoles at the positions `cells` [m] in
-// the axes of the body. Each cell responds only to the field of `hard` and the uniform field [T].
-// It responds as a sphere (6.17), or with M = -B / mu0 in a superconductor (6.18). Throws
-// InvalidInput for a body with saturation.
+// the axes of the body. Each cell responds only to the field of `hard` and the uniform field
+// `field` [T]. It responds as a sphere (6.17) or, in a superconductor (chi = -1), with M = -B / mu0
+// (6.18). Throws InvalidInput for a body with saturation.
 MagneticBody explicit_response(const SoftBody& body, const Points& cells,
                                const std::vector<MagneticBody>& hard, const Vec3& field);
 // Divides a body into cells of equal volume and returns their positions (n x 3) [m]. `density` is

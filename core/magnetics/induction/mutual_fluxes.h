@@ -1,6 +1,6 @@
-// Fluxes of the charge on one body through the panels of another, for each pair of
-// interacting_grids(). Each pair of near clusters uses a stored matrix. Far clusters interact by
-// nodes; see panel_clusters.h.
+// Fluxes of the charge on one body through the panels of another, for each pair of grids that
+// interacting_grids() returns. Each pair of near clusters has a stored matrix. Far clusters
+// interact through their nodes; see panel_clusters.h.
 #pragma once
 
 #include <memory>

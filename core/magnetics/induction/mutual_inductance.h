@@ -1,6 +1,6 @@
-// Mutual inductance of two coils: the flux of one coil through the other, computed as the integral
-// of the vector potential of one coil along the winding of the other. The integral is finite even
-// if the coils overlap or touch, except for two loops that coincide.
+// Mutual inductance of two coils: the flux through one coil per ampere in the other, computed as
+// the integral of the other coil's vector potential along the winding of the first. The integral is
+// finite even if the coils overlap or touch, except for two loops that coincide.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
@@ -8,9 +8,10 @@
 namespace loomstone {
 
 // Returns the mutual inductance [H] of two loops or solenoids, given as sources with one ampere per
-// turn. The estimated error is at most `tolerance` times the integral of the potential's norm along
-// the winding. It can be larger if the finest quadrature does not suffice, for example because the
-// windings touch. Throws InvalidInput for other sources and for loops that coincide.
+// turn. The estimated error is at most `tolerance` times the integral of the vector potential's
+// norm along the winding. The error can be larger if the finest quadrature does not suffice, for
+// example because the windings touch. Throws InvalidInput for other sources and for loops that
+// coincide.
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance);
 
 }  // namespace loomstone

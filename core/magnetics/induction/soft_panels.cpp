@@ -73,8 +73,8 @@ class SoftPanels final : public SoftShape {
   }
   // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
   // which varies as rapidly as H. The finest grid carries this charge, on panels, at sample points
-  // and on parts of bisected panels. The rest is due to charge on other faces, is smooth and stays
-  // on panels of all grids.
+  // and on parts of bisected panels. The rest of the charge is due to the charge on other faces. It
+  // is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;
@@ -140,7 +140,8 @@ class SoftPanels final : public SoftShape {
   }
 
  private:
-  // Returns the estimated errors of the extrapolated charges, or an empty vector for a single grid.
+  // Returns the estimated errors of the extrapolated charges, or an empty vector if there is only
+  // one grid.
   Vector errors_of(const Vector& charges) const {
     if (form_->grids.size() == 1) return {};
     Vector errors = charges;
@@ -173,13 +174,13 @@ SoftShapePtr panels_of(PanelForm form, double susceptibility) {
 }
 
 // Returns the numbers of cells of the three grids for extrapolation: half of `cells`, about 0.7 of
-// `cells`, and `cells`. The errors are of second and third order in 1 / cells.
+// `cells`, and `cells`. The solution on a grid has errors of second and third order in 1 / cells.
 std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
 
-// Returns the weights of Richardson extrapolation from n grids with the given `counts` of cells.
-// The extrapolation cancels errors of the n - 1 given `orders` in 1 / cells.
+// Returns the weights of Richardson extrapolation from n grids, whose numbers of cells are
+// `counts`. The extrapolation cancels errors of the n - 1 given `orders` in 1 / cells.
 Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& orders) {
   const auto n = static_cast<Index>(counts.size());
   DenseMatrix powers = DenseMatrix::Ones(n, n);
@@ -239,7 +240,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   if (!(focus >= 0.0) || !std::isfinite(focus))
     fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
   // A focus concentrates the panels opposite the magnet. Errors of coarse grids are then not of
-  // second order, so the coarser of two grids has at least three quarters of `cells`.
+  // second order. Only two grids are therefore used, and the coarser one has at least three
+  // quarters of `cells`.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const auto panels = [&](int count) { return cuboid_panels(size, count, focus); };
@@ -263,7 +265,7 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
                  {},
                  {}};
   check_cells(cells, "cylinder");
-  constexpr double thinnest = 0.02;  // limit [radii]; panels on thinner walls would be far too wide
+  constexpr double thinnest = 0.02;  // limit [radii]; panels would be far wider than a thinner wall
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
     fail<Unsupported>(
         "height and wall must be at least {} m, a fiftieth of the radius of a cylinder that "

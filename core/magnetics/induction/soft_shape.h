@@ -19,7 +19,8 @@ class SoftShape {
   // Returns the points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
   // Returns the excitation of the body by an applied field, given as B at samples() (n x 3) [T].
-  // The excitation is linear in `field`.
+  // The excitation consists of the fluxes through panels, or of the coefficients of a sphere's
+  // harmonics. It is linear in `field`.
   virtual Vector received(const Points& field) const = 0;
   // Returns the charge that the excitation `received` induces, a vector of the same size. The
   // charge is linear in `received`.
@@ -54,7 +55,7 @@ struct SoftBody {
 
 // Checks the number of cells of the finest grid on a shape, "cuboid" or "cylinder". Throws
 // InvalidInput unless it is a multiple of 4 from 8 to 48 (cuboid) or from 8 to 24 (cylinder).
-// `name` is the name of the option.
+// `name` is the name of the option in the message.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
@@ -73,10 +74,10 @@ int sphere_degree(double radius, double other_radius, double distance, double to
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
 // finest grid has `cells` panels along the shortest edge (see check_cells()) and at least as many
-// along the others (see cuboid_panels()). If focus > 0 [m], there are two grids, and all edges have
-// `cells` panels on the finer one. These grids are refined near the middle of the wide faces, for a
-// magnet of half width `focus` there. Throws InvalidInput if an argument is out of range or the
-// finest grid has more than 24,000 panels.
+// along the others (see cuboid_panels()). If focus > 0 [m], there are only two grids, and all edges
+// have `cells` panels on the finer one. These two grids are refined near the middle of the wide
+// faces, for a magnet of half width `focus` there. Throws InvalidInput if an argument is out of
+// range or the finest grid has more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 

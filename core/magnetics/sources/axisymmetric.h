@@ -11,10 +11,11 @@
 // sheet.
 //
 // The scalar potential Phi is jointly homogeneous of degree 1 in the size s of the body and the
-// position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. Growth of the body adds
-// a layer of thickness x.n. This layer changes Phi by the component along J of the field of a
-// surface charge x.n. The field of the charge on the end faces follows from the end terms of the
-// sheet. That of the charge on the side is expressed by complete elliptic integrals.
+// position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. If s grows by ds, the
+// body gains a layer of thickness y.n ds/s at each point y of its surface. Therefore, s dPhi/ds is
+// the dot product of J and the field of a surface charge density y.n. The field of this charge on
+// the end faces follows from the end terms of the sheet. That of the charge on the side is
+// expressed by complete elliptic integrals.
 //
 // At points closer than 1e-12 radii to a surface, the field is the limit from outside. On a rim or
 // wire, the field is infinite. Points closer than 1e-12 radii to the side of a cylinder or

@@ -44,7 +44,7 @@ LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into,
   into.dz_br = lanes_select(where, from.dz_br, into.dz_br);
 }
 
-// Returns the field of a loop and its derivatives near the wire, from elliptic integrals.
+// Returns the field of a loop and its derivatives along z near the wire, from elliptic integrals.
 // beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond,
@@ -66,8 +66,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyon
   return out;
 }
 
-// Returns the field of a loop and its derivatives near the axis and far away, by the midpoint rule.
-// Integrals with cos phi are integrated by parts to avoid cancellation.
+// Returns the field of a loop and its derivatives along z near the axis and far away, by the
+// midpoint rule. Integrals with cos phi are integrated by parts to avoid cancellation.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond,
                                               const Lanes& zeta) {
@@ -159,8 +159,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
                                                 bool gradient) {
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
   const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
-  // True if the point is above or below both ends. The difference between the ends is then computed
-  // without cancellation.
+  // True if the point is above both ends or below both. The difference between the contributions of
+  // the ends is then computed without cancellation.
   const MaskOf<Lanes> aside = z1 * z0 > 0.0;
   const Lanes zero{};
   Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
@@ -206,7 +206,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
 }
 
 // Returns the terms of a sheet. z1 and z0 are the heights of the point above the lower and the
-// upper end, so z1 - z0 = length. beyond = rho - 1.
+// upper end, so z1 - z0 = length. beyond = rho - 1. Unless `gradient` is true, dz_bz, dz_br and w
+// are 0.
 template <class Lanes>
 LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond,
                                                const Lanes& z1, const Lanes& z0, double length,

@@ -23,13 +23,13 @@ struct MagneticBody {
 // "B" [T] or "H" [A/m].
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
                       const ConstPointsRef& points, const std::string& quantity);
-// Returns the total gradient dB_i/dx_j [T/m] of all bodies in world axes (n x 9). Points must lie
-// outside the magnets.
+// Returns the total field gradient dB_i/dx_j [T/m] of all bodies in world axes (n x 9). Points must
+// lie outside the magnets.
 Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& bodies,
                             const ConstPointsRef& points);
 
-// B of one body and its gradient, computed in one pass. The values are bit-identical to those of
-// magnetic_field() and magnetic_gradient().
+// B of one body and the gradient of B, computed in one pass. The values are bit-identical to those
+// of magnetic_field() and magnetic_gradient().
 struct FieldAndGradient {
   Points field;        // (n x 3) [T]
   Gradients gradient;  // (n x 9) [T/m]
@@ -54,7 +54,8 @@ Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bod
                           const ConstPointsRef& points);
 
 // Returns a pose with the given position [m] and quaternion (w, x, y, z). The quaternion may have
-// any length > 0 and is normalised. Throws InvalidInput if a value is invalid.
+// any length > 0 and is normalised. Throws InvalidInput if a component is not finite or the
+// quaternion is zero.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 
 // Both functions return a body with its pose. The origin of a mesh magnet is its centre of volume;

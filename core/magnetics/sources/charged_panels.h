@@ -15,8 +15,8 @@
 
 namespace loomstone {
 
-// A grid on the surface of a body. Richardson extrapolation superposes the charges of several
-// grids, each multiplied by the grid's weight `share`.
+// A grid of panels on the surface of a body. Richardson extrapolation superposes the charges of
+// several grids, each multiplied by the grid's weight `share`.
 struct PanelGrid {
   Index begin = 0, end = 0;  // range of its panels in the set
   double share = 1.0;
@@ -69,7 +69,8 @@ class ChargedPanels final : public Source {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;  // mean of mu0 sigma on each part [T]
-    // Samples of the total charge on the parts. Each part has the same number of samples.
+    // Samples of the whole charge on the parts, including its mean. Each part has the same number
+    // of samples.
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown
@@ -101,9 +102,9 @@ class ChargedPanels final : public Source {
 
  private:
   // Data for the field of the additional charge, built on first use. `parts` carry their mean
-  // charge. `points` are smoothed point charges: those of `at_samples`, and the deviations of the
-  // samples of parts from the mean. Each point has five values: position [m], charge / 4 pi [T m^2]
-  // and the squared smoothing length [m^2].
+  // charge. `points` are smoothed point charges: those of Fine::at_samples, and the deviations of
+  // Fine::samples from the mean charge of their part. Each point has five values: position [m],
+  // mu0/4pi times the charge [T m^2] and squared smoothing length [m^2].
   struct FineTables {
     PanelSet parts;
     std::vector<double> points;

@@ -26,8 +26,8 @@ LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out)
   out[1] = lanes_select(lanes_abs(out[1]) < on_face, lanes_all<Lanes>(on_face), out[1]);
 }
 
-// Returns the sum of the logarithms L (see polyhedron.h) of the four edges along axis w. The sign
-// of each term is the product of the signs of the edge's coordinates along the other two axes.
+// Returns the signed sum of the logarithms L (see polyhedron.h) of the four edges along axis w. The
+// sign of each term is the product of the signs of the edge's coordinates along the other two axes.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* w, double length,
                                    const Lanes r[2][2][2]) {
@@ -41,7 +41,8 @@ LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* 
           lanes_max(u[i] * u[i] + v[k] * v[k], lanes_all<Lanes>(on_edge * on_edge));
       const Lanes e0 = r[i][k][0] + lanes_abs(w[0]), e1 = r[i][k][1] + lanes_abs(w[1]);
       const Lanes sum = r[i][k][0] + r[i][k][1] + length;
-      // e0 e1 times r0 + r1 - length, which is square (1/e0 + 1/e1) + twice_beyond
+      // `defect` is e0 e1 (r0 + r1 - length), where r0 + r1 - length is computed without
+      // cancellation as square (1/e0 + 1/e1) + twice_beyond.
       const Lanes both = e0 * e1;
       const Lanes defect = square * (e0 + e1) + twice_beyond * both;
       if (i == k) {

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Smallest distances from a face and from an edge at which fields are evaluated, in radii of the
-// body. Closer points are evaluated at that distance.
+// Smallest distances from the plane of a face and from the line of an edge at which fields are
+// evaluated, in radii of the body. Closer points are evaluated at these distances.
 inline constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Terms of a straight edge, which contributes the logarithm of sum / defect to the field of a face.
@@ -47,8 +47,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   return t;
 }
 
-// Gradients of an edge's logarithm and of its contribution to the solid angle. The gradient of this
-// contribution is proportional to the field of a current along the edge.
+// Gradients of an edge's logarithm and of the edge's contribution to the solid angle of a face. The
+// gradient of this contribution is proportional to the field of a current along the edge.
 template <class Lanes>
 struct EdgeGradients {
   Lanes3<Lanes> log, angle;
@@ -87,7 +87,7 @@ LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T*
 }
 
 // Returns the solid angle of a triangle [VanOosteromStrackee1983], positive on the side of its
-// normal.
+// normal. f contains its three corners, unit normal and twice its area.
 template <class Lanes, class T>
 LOOMSTONE_INLINE Lanes solid_angle(const Lanes3<Lanes>& p, const T* f, double nearest) {
   const Lanes3<Lanes> a = {p.x - f[0], p.y - f[1], p.z - f[2]},

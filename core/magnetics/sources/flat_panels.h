@@ -16,8 +16,8 @@ struct FlatPanel {
   Vec3 normal, centre;
   double area = 0.0, reach = 0.0;  // area [m^2], largest distance of a corner from the centre [m]
 
-  // Returns the point at (u, v) in the unit square. On a triangle, the side u = 0 collapses to
-  // corner 0.
+  // Returns the point of the panel that corresponds to (u, v) in the unit square. On a triangle,
+  // the side u = 0 collapses to corner 0.
   Vec3 at(double u, double v) const;
 };
 
@@ -34,14 +34,15 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 // Returns the panels of a cuboid centred at the origin, with `cells` (even) panels along its
 // shortest edges. Panels are refined quadratically towards edges and corners, where the charge is
 // singular. The number of panels along a longer edge is a multiple of `cells`. If `cells` is large,
-// panels far from the ends are at most 1.38 times as wide as those in the middle of the shortest
-// edge. This width resolves the charge opposite the edges of a magnet: in a thin body, this charge
-// varies at the scale of the thickness. Very wide bodies have fewer panels, whose size grows
-// towards the middle.
+// panels far from the ends of an edge are at most 1.38 times as wide as those in the middle of the
+// shortest edge. This width resolves the charge opposite the edges of a magnet: in a thin body,
+// this charge varies at the scale of the thickness. Very wide bodies have fewer panels than this
+// width requires; their size grows towards the middle.
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
-// faces, for magnets nearby. Closer to the middle than `focus`, panels are nearly equal in size.
-// Farther out, their size grows with the distance, until they are refined towards the edges.
+// faces, for a magnet near this middle. Closer to the middle than `focus`, panels are nearly equal
+// in size. Farther out, their size grows with the distance, until they are refined towards the
+// edges.
 //
 // The first n/8 of the n panels lie in the octant x, y, z > 0. For s = 1 ... 7, panel s n/8 + i is
 // panel i mirrored along the axes whose bits are set in s (1: x, 2: y, 4: z).

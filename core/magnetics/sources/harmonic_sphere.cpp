@@ -52,7 +52,8 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Coefficients of each component and factors of the recurrence, both as triangular arrays.
+// Coefficients of each component of the field or gradient and factors of the recurrence, all as
+// triangular arrays.
 struct Series {
   const double* const* coefficients;
   const double *factor_a, *factor_b;
@@ -174,7 +175,8 @@ void HarmonicSphere::gradient_block(const double* points, Index n, double* gradi
   }
 }
 
-// Inside, the potential of the charge has the same coefficients with (r/a)^l instead of
+// Returns the field at a point x inside the sphere; x is in units of the radius a. Inside, the
+// potential of the charge has the same coefficients as outside, with (r/a)^l instead of
 // (a/r)^(l+1). The magnetisation is the gradient of the harmonic function whose normal derivative
 // on the surface is the charge density.
 Vec3 HarmonicSphere::inside(const Vec3& x, Quantity quantity) const {
@@ -221,8 +223,8 @@ Vec3 HarmonicSphere::moment() const {
 
 // The error is the sum of a geometric series that continues the terms of the charge, multiplied by
 // the highest degree (an empirical factor). The sum is the last term times r / (1 - r). The ratio r
-// is the squared norm of the coefficients of the last degree over that of the degree before it,
-// because the contribution of a degree to the force is proportional to this square. If there is
+// is the squared norm of the coefficients of the last degree divided by that of the degree before
+// it, because the contribution of a degree to the force is proportional to this square. If there is
 // only one degree, the error is its term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();

@@ -74,7 +74,8 @@ LOOMSTONE_INLINE Lanes lanes_atan2(const Lanes& y, const Lanes& x) {
   const Lanes a = lanes_abs(y), b = lanes_abs(x);
   const MaskOf<Lanes> steep = a > b;
   const Lanes small = lanes_select(steep, b, a), large = lanes_select(steep, a, b);
-  // If small / large exceeds tan(pi/8), t is tan(phi - pi/4), where phi = arctan(small / large).
+  // With phi = arctan(small / large), t is tan(phi - pi/4) if small / large exceeds tan(pi/8), and
+  // otherwise tan(phi).
   const MaskOf<Lanes> turned = small > 0.4142135623730950 * large;
   Lanes below = lanes_select(turned, small + large, large);
   below = lanes_select(below > 0.0, below, lanes_all<Lanes>(1.0));

@@ -21,7 +21,7 @@ class MultipoleExpansion {
   static constexpr int degree = 24;  // scale of the truncation error at `near` radii: 4^-25
 
   // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions must
-  // lie within `radius` [m] of the origin.
+  // lie within `radius` [m] of the origin. The net charge counts as zero.
   MultipoleExpansion(const Points& positions, const Vector& charges, double radius);
 
   // Returns the expansion of dipoles. `moments` (n x 3) are mu0 times dipole moments [T m^3].

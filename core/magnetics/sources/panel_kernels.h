@@ -1,6 +1,6 @@
 // Fields, fluxes and gradients of uniformly charged flat panels, and fields and gradients of
 // smoothed point charges, at blocks of points. Near a panel, closed forms are used. Far from it,
-// point charges at 2 x 2 quadrature points replace them.
+// point charges at 2 x 2 quadrature points replace the panel.
 #pragma once
 
 #include <vector>
@@ -157,7 +157,7 @@ LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   }
 }
 
-// Adds the gradient of the field of a uniform charge density on the panel with table t.
+// Adds the gradient of the field of the uniform density `charge` on the panel with table t.
 template <class Lanes>
 LOOMSTONE_INLINE void add_panel_gradient(const Lanes3<Lanes>& p, const double* t, double radius,
                                          double charge, Lanes* sum) {
@@ -194,7 +194,7 @@ LOOMSTONE_INLINE void gradient_kernel(PanelTables by, const double* charges, con
 }
 
 // Adds the fields q r / (r^2 + s^2)^(3/2) of point charges q with smoothing lengths s. `charges`
-// contains five values for each: position, q and s^2.
+// contains five values for each charge: position, q and s^2.
 template <class Lanes>
 LOOMSTONE_INLINE void add_smoothed_field(const double* charges, Index count, const double* points,
                                          Index n, double* out) {

@@ -2,17 +2,18 @@
 // closed triangle meshes or cuboids. Cuboids need fewer terms.
 //
 // A face with charge density sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to
-// the field. Omega is the solid angle of the face seen from the point, positive on the side of its
-// normal n. m is the outward normal of an edge in the plane of the face. An edge of length l whose
-// ends are at distances r1, r2 from the point has L = log((r1 + r2 + l) / (r1 + r2 - l))
-// [Wilton1984]. The contributions of the two faces at an edge are added in advance, so edges
-// between coplanar faces drop out. The potential of a face is sigma/4pi [sum of (m.s) L - (n.r)
-// Omega]. Here r points from a corner to the point, and s from the point to an end of the edge.
+// the field at a point. Omega is the solid angle of the face seen from the point, positive if the
+// point is on the side to which the normal n of the face points. m is the outward normal of an edge
+// in the plane of the face. An edge of length l whose ends are at distances r1, r2 from the point
+// has L = log((r1 + r2 + l) / (r1 + r2 - l)) [Wilton1984]. The contributions of the two faces at an
+// edge are added in advance, so edges between coplanar faces drop out. The potential of a face is
+// sigma/4pi [sum over its edges of (m.s) L - (n.r) Omega]. Here r points from a corner of the face
+// to the point, and s from the point to an end of the edge.
 //
-// At points closer than 1e-12 radii to a face, the field is the limit from outside. The field is
-// infinite on an edge, so points closer than 1e-15 radii to an edge are evaluated at that distance.
-// Beyond 4 radii, field and gradient are computed by a multipole expansion, because their closed
-// forms lose digits with distance.
+// At points closer than 1e-12 radii (of the body, see radius()) to a face, the field is the limit
+// from outside. The field is infinite on an edge, so points closer than 1e-15 radii to an edge are
+// evaluated at that distance. At 4 radii or more from the origin, field and gradient are computed
+// by a multipole expansion, because their closed forms lose digits with distance.
 #pragma once
 
 #include <mutex>
@@ -60,8 +61,8 @@ class Polyhedron : public Source {
   std::vector<double> faces_;
   // (k x 14) Kernel data of each edge that does not drop out: two ends, length, and two sums over
   // the faces at the edge, in the symbols at the top of this file. The first is the sum of
-  // sigma/4pi m. The second is the sum of sigma/4pi n, with the sign of the edge's direction in the
-  // face. The last column is unused.
+  // sigma/4pi m. The second is the sum of sigma/4pi n, in which a face counts as negative if its
+  // order of corners leads from the edge's second end to the first. The last column is unused.
   std::vector<double> edges_;
   mutable std::once_flag once_;
   mutable std::optional<MultipoleExpansion> far_;
@@ -72,7 +73,7 @@ class Polyhedron : public Source {
 class MeshMagnet final : public Polyhedron {
  public:
   // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if J is not finite
-  // or if the mesh is open, inside out or encloses no volume.
+  // or if the mesh is open, inside out or encloses a volume below 1e-12 radius()^3.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
     return {"mesh",

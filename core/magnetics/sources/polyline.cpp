@@ -14,7 +14,7 @@ namespace loomstone {
 namespace {
 
 // Terms of one segment in the symbols at the top of this file: c = l x r0, i0 = 1/d0, i1 = 1/d1 and
-// outer = 1 / ((d0 + d1)^2 - l^2), which is computed without cancellation next to the wire.
+// outer = 1 / ((d0 + d1)^2 - l^2), which is computed without cancellation near the wire.
 template <class Lanes>
 struct Segment {
   Lanes3<Lanes> r0, r1, c;
@@ -93,8 +93,8 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
       const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y,
                   dz = a0 * s.r0.z + a1 * s.r1.z;
       // The gradient of f c has the components c_i f_,j + f c_i,j, where ,j is the derivative along
-      // axis j. Summed over a closed line, it is symmetric. Because c_i,j is antisymmetric, only
-      // the symmetric part of c_i f_,j is added.
+      // axis j. The sum of these gradients over a closed line is symmetric. Because c_i,j is
+      // antisymmetric, only the symmetric part of c_i f_,j is added.
       g[0] += s.c.x * dx;
       g[1] += 0.5 * (s.c.x * dy + s.c.y * dx);
       g[2] += 0.5 * (s.c.x * dz + s.c.z * dx);

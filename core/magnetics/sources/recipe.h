@@ -16,10 +16,10 @@ namespace loomstone {
 struct SourceRecipe {
   using Value = std::variant<double, Vec3, Points>;
 
-  std::string kind;  // name of a function of loomstone.magnetics; empty if there is none
+  std::string kind;  // name of the function of loomstone.magnetics to call; empty if none
   std::vector<std::pair<std::string, Value>> values;  // arguments of this function, in SI units
   std::shared_ptr<const TriangleMesh> mesh;           // mesh relative to its centre [m], or null
-  std::shared_ptr<const SourceRecipe> of;             // magnet that is divided into cells, or null
+  std::shared_ptr<const SourceRecipe> of;             // for cells: recipe of the magnet; else null
 };
 
 }  // namespace loomstone

@@ -1,6 +1,6 @@
 // Interface of all field sources: magnets, currents and induced bodies. A source computes its field
-// and potentials in its own axes. It also gives its shape and the quadrature points of its charge
-// or current.
+// in its own axes, and a potential if there is one. It also returns its shape, and its charge or
+// current as panels, as charges at points or as dipoles.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@
 
 namespace loomstone {
 
-// One row-major 3 x 3 matrix dB_i/dx_j per row (n x 9).
+// (n x 9) Each row is the gradient dB_i/dx_j at one point, as a row-major 3 x 3 matrix.
 using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
 // A block consists of n <= points_per_block points, stored as separate coordinate arrays x[n],
@@ -61,14 +61,14 @@ class Source {
     field_block(points, n, quantity, field);
     gradient_block(points, n, gradient);
   }
-  // Computes mu0 times the magnetic scalar potential [T m] at one block of points. mu0 H is its
-  // negative gradient, and the potential vanishes at infinity. Throws Unsupported for currents and
-  // induced bodies.
+  // Computes the magnetic scalar potential, multiplied by mu0 [T m], at one block of points. The
+  // negative gradient of this product is mu0 H, and its value at infinity is 0. Throws Unsupported
+  // for currents and induced bodies.
   virtual void potential_block(const double* points, Index n, double* potential) const;
   // Computes the vector potential [T m] at one block of points. Throws Unsupported unless winding()
   // has a value.
   virtual void vector_potential_block(const double* points, Index n, double* potential) const;
-  // Returns the radius of the bounding sphere about the origin [m].
+  // Returns the radius of a sphere about the origin that contains the source [m].
   virtual double radius() const = 0;
   // Returns the dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
@@ -82,7 +82,8 @@ class Source {
   // Returns the panels that carry magnetic charge or current. Spheres, dipoles, magnets divided
   // into cells, and induced bodies have none; see dipoles() and charges().
   virtual std::vector<Panel> panels() const { return {}; }
-  // Returns the whole surface of a solid body, including panels without charge; empty for a sphere.
+  // Returns the whole surface of a solid body, including panels without charge. The result is empty
+  // for spheres, cells and sources that are not solid.
   virtual std::vector<Panel> surface() const { return {}; }
   // induced() returns true for a body with induced surface charge. charges() returns quadrature
   // points of this charge, and nothing for other sources.
@@ -104,7 +105,8 @@ class Source {
   // winding() has a value for loops and solenoids, and uniform_cuboid() for cuboids.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
-  // Returns the same winding with another current in each turn [A], or null for all other sources.
+  // Returns a copy of a loop or solenoid with the given current in each turn [A], or null for all
+  // other sources.
   virtual SourcePtr with_current(double) const { return nullptr; }
   // Returns the recipe of the source. Its kind is empty for induced bodies and for ExpandedMesh.
   virtual SourceRecipe recipe() const { return {}; }

@@ -84,7 +84,8 @@ Vector SphericalHarmonics::coefficients(const Vector& values) const {
   std::vector<double> p;
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    // Twice the quadrature weight, for m > 0. Terms with m = 0 are halved below.
+    // This is twice the fraction of the sphere's area that a point represents. Coefficients with
+    // m > 0 need the factor 2; those with m = 0 are halved below.
     const double weight = weights_[ring] / turns_;
     for (int l = 1; l <= degree_; ++l) {
       result[slot(l, 0)] +=
@@ -115,9 +116,9 @@ Vector SphericalHarmonics::values(const Vector& coefficients) const {
   return Eigen::Map<const Vector>(rings.data(), rings.size());
 }
 
-// With the unnormalised harmonics S (multipole_expansion.h) and R (multipole_expansion.cpp) and d
-// along +z,
-//   S_lm(r - d) = (-1)^(l+m) sum over n of (n+l)! / d^(n+l+1) R_nm.
+// With the unnormalised harmonics S (multipole_expansion.h) and R (multipole_expansion.cpp) and a
+// vector d along +z,
+//   S_lm(r - d) = (-1)^(l+m) sum over n of (n+l)! / |d|^(n+l+1) R_nm(r).
 // For d along -z, (-1)^(n+m) replaces (-1)^(l+m).
 CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius,
                                        int target_degree, double target_radius)

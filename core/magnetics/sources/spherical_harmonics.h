@@ -20,7 +20,7 @@ class SphericalHarmonics {
   explicit SphericalHarmonics(int degree);
   int degree() const { return degree_; }
   // size() is the number of coefficients: the real and the imaginary part of each (l, m) with l = 1
-  // ... degree and m = 0 ... l. slot() is the index of a real part; the imaginary part follows it.
+  // ... degree and m = 0 ... l. slot() is the index of the real part; the imaginary part follows.
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 
@@ -28,12 +28,13 @@ class SphericalHarmonics {
   // The rule is exact for harmonics up to degree 2 * degree().
   const Points& points() const { return points_; }
   const Vector& shares() const { return shares_; }
-  // Transforms between values at the points and the coefficients a of sum Re(a_lm Y_lm).
+  // Transforms between values at points() and the coefficients a of sum Re(a_lm Y_lm).
   Vector coefficients(const Vector& values) const;
   Vector values(const Vector& coefficients) const;
 
  private:
-  // Computes Y_lm at phi = 0 for a ring of points, indexed by triangle_place(l, m).
+  // Computes Y_lm at phi = 0 and at the theta of a ring of points. triangle_place() gives its index
+  // in `p`.
   void legendre(int ring, std::vector<double>& p) const;
 
   int degree_, turns_;
@@ -49,7 +50,8 @@ inline std::size_t triangle_place(int l, int m) {
 }
 
 // Factors of the recurrences Y_lm = a z Y_(l-1)m - b Y_(l-2)m and Y_ll = a (x + i y) Y_(l-1)(l-1)
-// up to degree SphericalHarmonics::most + 2.
+// at points (x, y, z) of the unit sphere, up to degree SphericalHarmonics::most + 2. The factors
+// for Y_lm have the index triangle_place(l, m).
 struct HarmonicRecurrence {
   std::vector<double> a, b;
 };

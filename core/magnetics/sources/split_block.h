@@ -15,8 +15,8 @@ struct PointBlock {
   int components;
 };
 
-// first(points, n, out) computes the values at points where chosen(x, y, z) is true. second(points,
-// n, out) computes the others.
+// first(points, n, out) computes the values at the points where chosen(x, y, z) is true, and
+// second(points, n, out) the values at all other points.
 template <class Chosen, class First, class Second>
 void split_block(PointBlock block, Chosen&& chosen, First&& first, Second&& second) {
   const auto [points, n, out, components] = block;
