@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// The feature of a triangle on which the closest point lies: the interior, the edge opposite
-// TrianglePoint::corner, or that corner itself.
+// The feature of a triangle on which the closest point lies: the interior (Face), the edge opposite
+// TrianglePoint::corner (Edge), or that corner itself (Corner).
 enum class TriangleFeature { Face, Edge, Corner };
 
 struct TrianglePoint {

@@ -47,7 +47,7 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
 // sinusoid in the y-z plane.
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
                       Index segments = 24);
-// Square in the plane z = 0, an open surface with normal +z. Its uv are its coordinates x and y.
+// Square in the plane z = 0, an open surface with normal +z. Its uv are its x and y coordinates.
 TriangleMesh floor_square(double size, Index cells = 8);
 
 }  // namespace loomstone

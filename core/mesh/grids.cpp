@@ -1,5 +1,5 @@
 // Flat meshes: grids, strips, discs and floors. Their uv are their x and y coordinates as
-// generated. Moving or rotating a mesh does not change them, so weft and warp rotate with the
+// generated. Moving or rotating a mesh does not change its uv, so weft and warp rotate with the
 // cloth.
 #include <algorithm>
 #include <cmath>

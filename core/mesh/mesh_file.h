@@ -28,7 +28,7 @@ TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 // Colours in a mesh file. OBJ files can contain materials, and PLY files colours of vertices.
 struct MeshColors {
   std::string library;  // name of the file (.mtl) that describes the materials
-  // Names of materials, each with its first triangle, in ascending order of the triangles.
+  // Names of materials, each with its first triangle, in ascending order of these triangles.
   std::vector<std::pair<Index, std::string>> materials;
   std::vector<std::array<std::uint8_t, 3>> vertices;  // (n) red, green and blue in sRGB, or empty
 };

@@ -61,7 +61,7 @@ class ObjParser {
   }
 
   // Returns an index counted from 0. In the file, positive indices count from 1, and negative
-  // indices count back from the most recently read item.
+  // indices count back from the most recently read item, which is -1.
   std::int64_t index(std::string_view word, std::string_view part, std::size_t n_so_far) const {
     std::int64_t value = 0;
     if (!parse_number(part, value) || value == 0 || value > std::numeric_limits<Index>::max() ||

@@ -144,7 +144,8 @@ class HeaderParser {
 
 }  // namespace
 
-// If several elements have the same name, the last one determines the result.
+// If several elements have the same name, the last one determines the results of has_vertex_uv()
+// and has_corner_uv().
 bool Header::has_vertex_uv() const {
   bool has = false;
   for (const Element& element : elements)

@@ -53,7 +53,8 @@ TriangleMesh welded(const TriangleMesh& mesh);
 // that is mirrored in uv, u first changes sign. With uv and rest_from_uv, these uv are the rest
 // coordinates. With uv but without rest_from_uv, each triangle keeps its shape in space; weft is
 // the direction in which u increases at constant v. Without uv, the mesh must be flat; weft is then
-// the x axis projected on its plane, or the y axis if that projection nearly vanishes.
+// the projection of the x axis on its plane or, if this projection nearly vanishes, that of the y
+// axis.
 class RestCorners {
  public:
   // The mesh must outlive this object. Throws InvalidInput for a curved mesh without uv; `where`

@@ -32,8 +32,8 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices to the next ring of n_b vertices; a and b are their first vertices.
-// Each new triangle gets the shorter of the two possible edges.
+// Joins a ring of n_a vertices to the next ring of n_b vertices; a and b are the indices of their
+// first vertices. Each new triangle gets the shorter of the two possible edges.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -
@@ -115,7 +115,7 @@ void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double 
 }
 
 // Extends the profile by a semicircle of radius `lip` about `centre`, counter-clockwise from
-// `angle` (0 along +radius, pi/2 along +z), including its end.
+// `angle` (0 along +radius, pi/2 along +z). The last new point is the end of the semicircle.
 void lip_to(std::vector<ProfilePoint>& profile, const ProfilePoint& centre, double lip,
             double angle, double step) {
   const int n = std::clamp(static_cast<int>(std::round(M_PI * lip / step)), 4, 16);

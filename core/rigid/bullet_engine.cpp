@@ -60,7 +60,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   info.m_warmstartingFactor = 1.0;  // Bullet's default is 0.85
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
-  world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test
+  world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test for polyhedra
   broadphase.m_cupdates = 100;  // percentage of pairs that each step checks for separation
   world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
   info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
@@ -74,7 +74,8 @@ BulletEngine::~BulletEngine() {
 btRigidBody& BulletEngine::add(double mass, const Vec3& inertia, btCollisionShape& shape,
                                double friction, double restitution) {
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, to_bullet(inertia));
-  // Bullet multiplies the values of two bodies, so a contact has the coefficient sqrt(mu_a mu_b).
+  // Bullet multiplies the m_friction of the two bodies in contact, so the friction coefficient of
+  // the contact is sqrt(mu_a mu_b).
   info.m_friction = std::sqrt(friction);
   info.m_restitution = restitution;
   bodies.push_back(std::make_unique<btRigidBody>(info));

@@ -13,14 +13,15 @@ namespace loomstone {
 
 // Bullet's world with tight bounding boxes. Each box is enlarged by the contact distance of its
 // shape, which is proportional to the shape's size and at most 2 cm. Bullet would always use 2 cm.
-// In the tree of boxes, the box of a body is larger by a few contact distances. This box is updated
-// only when the body leaves it or when it has become far too large. Bullet would enlarge the box of
-// a moving body by 5 cm, so the box of a small body could overlap hundreds of neighbours.
+// In the tree of boxes, the box of a body is larger than that by a few contact distances. This
+// larger box is updated only when the smaller one leaves it or when it has become far too large.
+// Bullet would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap
+// hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
-// its pose at the end (for a facet: that of the best-fit motion). These velocities are set
-// explicitly. Bullet would compute them from pose differences with an arc cosine, which amplifies
-// rounding errors to a rotation of 1e-8 rad per step.
+// its pose at the end (a facet: the velocity of its best-fit rigid motion). These velocities are
+// set explicitly. Bullet would compute them from pose differences with an arc cosine, which
+// amplifies rounding errors to a rotation of 1e-8 rad per step.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
@@ -31,7 +32,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   void saveKinematicState(btScalar) override {}
 
  private:
-  std::vector<btScalar> margins_;  // margin of each object [m], in the order of the world's objects
+  std::vector<btScalar> margins_;  // contact distance of each object of the world [m]
 };
 
 // Bullet's world and the objects that it refers to. Members are destroyed in reverse order, so the

@@ -12,12 +12,13 @@ void attach_polyhedron(btCollisionShape& shape, ConvexPolyhedron polyhedron, Sha
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
-// Adds a convex hull. Bullet adds the margin outside the points of a hull, so the hull in Bullet
-// has the points of a shrunken core.
+// Adds the convex hull of `points` to `shapes`. Bullet surrounds the points of a hull shape with a
+// margin, so this shape gets the points of a core: the hull, shrunk by the margin.
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
-  std::vector<Vec3> vertices;  // input points: Bullet rounds its copies to 1e-4 of the size
+  // Taken from `points`, because Bullet rounds its copies of them to 1e-4 of the hull's size.
+  std::vector<Vec3> vertices;
   for (int i = 0; i < hull.vertices.size(); ++i)
     vertices.push_back(points[hull.original_vertex_index[i]]);
   std::vector<std::vector<int>> faces(hull.faces.size());
@@ -30,8 +31,8 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  // Hulls with more vertices than this count as round, because finding their true corners takes
-  // time proportional to the square of the number of faces.
+  // Hulls with more vertices than this count as round without a search for their true corners. The
+  // search would take time proportional to the square of the number of faces.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();

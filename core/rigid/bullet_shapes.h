@@ -12,8 +12,8 @@
 
 namespace loomstone {
 
-// The shapes of a body. The user pointer (getUserPointer) of a shape refers to its ConvexPolyhedron
-// if the shape is a polyhedron with few vertices.
+// The shapes of a body. If a shape is a box, or a hull with at most most_polyhedron_vertices
+// vertices, its user pointer (getUserPointer) refers to its ConvexPolyhedron.
 struct Shapes {
   std::vector<std::unique_ptr<btCollisionShape>> all;  // last: shape of the whole body
   std::vector<std::unique_ptr<ConvexPolyhedron>> polyhedra;

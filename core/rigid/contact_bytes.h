@@ -57,8 +57,9 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
   }
 }
 
-// Copies each saved manifold to the first unused manifold of the same pair of bodies. Saved
-// manifolds of pairs whose boxes do not overlap are dropped, because these pairs have no contacts.
+// Copies the points of each saved manifold to the dispatcher's first unused manifold of the same
+// pair of bodies. If there is none, the boxes of the pair do not overlap, so the pair has no
+// contacts, and the saved points are dropped.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
@@ -84,8 +85,8 @@ inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher)
   bytes.require(bytes.at_end());
 }
 
-// Writes the poses of obstacles and the vertices of deforming obstacles. They precede the
-// manifolds.
+// Writes the poses of obstacles and the vertices of deforming obstacles. In RigidState::manifolds,
+// these precede the contact points.
 inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
   bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
   for (const RigidPose& pose : places.poses) {

@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // tolerance for coplanar points, as a fraction of the size
+constexpr double same_plane = 1e-4;  // tolerance for coplanar points, as a fraction of size_of()
 
 double size_of(const std::vector<Vec3>& points, const Vec3& centre) {
   double size = 0.0;
@@ -35,15 +35,15 @@ ConvexPolyhedron::ConvexPolyhedron(const std::vector<Vec3>& given,
   }
   std::stable_sort(by_area.begin(), by_area.end(),
                    [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
-  std::map<std::pair<Index, Index>, Index> face_of;  // face of each directed edge
+  std::map<std::pair<Index, Index>, Index> face_of;  // index of the face of each directed edge
   for (const auto& [area, loop] : by_area) {
     const auto& corners = *loop;
     Face face{area.normalized(), 0.0};
     for (const int corner : corners)
       face.offset += face.normal.dot(points[corner]) / static_cast<double>(corners.size());
     if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
-    // A sliver between coplanar points has no well-defined normal. It joins the larger face that
-    // contains it.
+    // A face joins a larger one in whose plane it lies. Slivers between coplanar points, which have
+    // no well-defined normal, thus become part of a larger face.
     auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
       return std::all_of(corners.begin(), corners.end(), [&](int corner) {
         return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;

@@ -153,8 +153,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
   }
 
   // Returns the index of the unused manifold whose contact normal is closest to the given normal.
-  // If the two normals differ too much (see same_normal), returns the index of an empty manifold
-  // or, if there is none, clears the closest manifold and returns its index.
+  // If the two normals differ too much (see same_normal), returns the index of an unused empty
+  // manifold or, if there is none, clears the closest manifold and returns its index.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;

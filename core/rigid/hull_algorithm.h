@@ -11,9 +11,9 @@ namespace loomstone {
 // Replaces Bullet's algorithm, which searches for the penetration depth. If the triangle is much
 // larger than the hull, that search sometimes returns a depth as large as the hull, in an arbitrary
 // direction. With Bullet's algorithm, hulls also get caught at internal edges of a flat surface.
-// This algorithm creates up to four contact points in each plane, and up to four planes per pair of
-// a hull and a mesh, or one if the obstacle is a single triangle. Hulls without a ConvexPolyhedron
-// use Bullet's algorithm.
+// This algorithm creates up to four contact points in each contact plane. A hull and a mesh have up
+// to four contact planes; a hull and a single triangle have at most one. Hulls without a
+// ConvexPolyhedron use Bullet's algorithm.
 class HullAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

@@ -16,11 +16,11 @@ constexpr double turned_to =
 using Contacts = HullOnTriangles::Contacts;
 
 // Reduces the contacts in one plane to at most four. A contact bears load if its gap exceeds the
-// smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps the contact
-// farthest from their mean, the one farthest from this contact, and the farthest one on either side
-// of the line through these two. Otherwise keeps all contacts that bear load and adds those
-// farthest from the contacts already kept. Contacts of the last step count as slightly deeper and
-// farther out.
+// smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps four of them:
+// the one farthest from their mean position, the one farthest from that one, and the farthest one
+// on either side of the line through these two. Otherwise keeps all contacts that bear load and
+// adds those farthest from the contacts already kept. Contacts that existed in the last step count
+// as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -103,7 +103,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Replace an axis only if the overlap is clearly smaller, which keeps the contact type stable.
+  // Replace an axis only by one with a clearly smaller overlap. This keeps the type of contact
+  // (face or edge) stable from step to step.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -156,7 +157,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
 }
 
 // Clips the edges of the hull with the prism over the triangle, which ends at the height `near` but
-// has no lower end. Adds contacts at the ends of the remaining parts.
+// has no lower end. Adds contacts at the ends of the remaining parts, except ends at this height.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
@@ -249,12 +250,13 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 }
 
 // The axis of least overlap of a triangle is not admissible if neighbouring triangles extend
-// farther along this axis. In that case, let o be the overlap of the hull with all triangles along
-// this axis, and m the overlap of hull and triangle along the best admissible axis. If o <= m, the
-// axis of least overlap gives one candidate for a contact, with the overlap o. If o > m, contacts
-// have the direction of the best admissible axis; they are deferred if m is far larger than the
-// least overlap. If no other contact overlaps, the candidate with the smallest o is added, together
-// with the deferred contacts whose m is less than this o.
+// farther along this axis. In that case, there is no contact if hull and triangle are apart along
+// this axis. Otherwise, let o be the overlap of the hull with all triangles along this axis, and m
+// the overlap of hull and triangle along the best admissible axis. If o <= m, the axis of least
+// overlap gives one candidate for a contact, with the overlap o. If o > m, contacts have the
+// direction of the best admissible axis; they are deferred if m is far larger than the least
+// overlap. If no other contact overlaps, the candidate with the smallest o is added, together with
+// the deferred contacts whose m is less than this o.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -45,7 +45,7 @@ class HullOnTriangles {
   struct Axis {
     Vec3 direction;
     double gap;
-    Index face = -1, edge = -1;  // on the hull; both -1 if the axis is the triangle's normal
+    Index face = -1, edge = -1;  // of the hull; both -1 if the axis is the triangle's normal
     bool met = true;             // false if a neighbouring triangle extends farther along the axis
     Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if face and edge are -1
   };

@@ -30,8 +30,9 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
     first += tetrahedron / 4.0 * sum;
     second += tetrahedron / 20.0 * (corners * corners.transpose() + sum * sum.transpose());
   }
-  // 1e-12 is far below the relative volume of thin sheets (about 4e-5 for a square with a thickness
-  // of 1e-4 of its side) and far above rounding errors (1e-16).
+  // As a fraction of the cubed diagonal of the bounding box, 1e-12 is far below the volume of thin
+  // sheets (about 4e-5 for a square with a thickness of 1e-4 of its side) and far above rounding
+  // errors (1e-16).
   const double smallest = 1e-12 * size * size * size;
   if (volume < -smallest) {
     fail<InvalidInput>(

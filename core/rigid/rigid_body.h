@@ -38,7 +38,7 @@ struct RigidBody {
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  double thickness = 0.0;  // contact distance to cloth [m]; 0: thickness of the cloth
+  double thickness = 0.0;  // see CollisionSurface [m]; 0: largest thickness of the cloths
   std::optional<Look> look;
 
   static auto fields() {
@@ -133,8 +133,8 @@ struct RigidObstacle {
   Points vertices = Points(0, 3);
 };
 
-// Positions of obstacles [m]: the pose of each mesh's origin, and the vertices of all deforming
-// obstacles, concatenated.
+// Positions of obstacles [m]: the pose of each obstacle, whose position is that of its mesh's
+// origin, and the vertices of all deforming obstacles, concatenated.
 struct ObstaclePlaces {
   ObstaclePlaces(std::vector<RigidPose> p = {}, Points d = Points(0, 3))
       : poses(std::move(p)), deformed(std::move(d)) {}
@@ -154,7 +154,7 @@ std::vector<std::uint8_t> bodies_on_obstacles(int n,
 // bodies only by impulses. No Bullet type appears in this interface.
 class RigidWorld {
  public:
-  // Solver sweeps over all contacts in each step. With 50 sweeps and steps of 1 ms, a stack of
+  // Number of sweeps over all contacts in each step. With 50 sweeps and steps of 1 ms, a stack of
   // cubes of 1 cm stays at rest. With far fewer sweeps, it creeps.
   static constexpr int default_iterations = 50;
 
@@ -170,8 +170,8 @@ class RigidWorld {
   // Mass properties of the bodies. The inertia is about the centre of mass, in mesh axes.
   const std::vector<MassProperties>& mass_properties() const;
 
-  // Builds a new world from `state`, including its manifolds. Later results then depend on `state`
-  // alone.
+  // Builds a new world from `state`, including its manifolds. Later results then do not depend on
+  // any step before this call, except through `state`.
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
   // advances by `step` [s]. `obstacles` are the positions at the end of the step, which determine
@@ -184,13 +184,14 @@ class RigidWorld {
   // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point whose gap is at most Bullet's
-  // contact breaking threshold, about 2 % of half the diagonal of the smaller bounding box.
+  // contact breaking threshold. It is about 2 % of half the diagonal of the smaller bounding box of
+  // the two objects in contact.
   std::vector<std::uint8_t> touching() const;
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
   // Writes contact manifolds and positions of obstacles to `state.manifolds`, so that restore() can
-  // rebuild the world from it.
+  // rebuild the world from `state`.
   void save(RigidState& state) const;
 
  private:

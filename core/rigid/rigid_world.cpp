@@ -2,8 +2,8 @@
 // and callers use the axes of the mesh with the origin at the centre of mass.
 //
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
-// new world in the same order and restores the saved contact points. A run that calls restore()
-// continues bitwise identically to a run that loads the same state from a file.
+// new world in the same order and restores the saved contact points. A run that saves its state and
+// then calls restore() continues bitwise identically to a run that loads this state from a file.
 #include <array>
 #include <string>
 
@@ -34,7 +34,7 @@ struct RigidWorld::Data {
   std::vector<Facet> facets;                                   // facets of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
-  RigidState known;            // last state of the bodies, without contact points
+  RigidState known;            // state after the last restore() or advance(), without manifolds
   double obstacle_work = 0.0;  // work of obstacles in the last step [J]
 
   void add_body(const RigidBody& body, const std::string& where);
@@ -250,7 +250,8 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
         facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
     set_velocity(*engine.bodies[obstacle++], motion.velocity, motion.angular_velocity);
   }
-  std::vector<std::array<btVector3, 3>> free;  // velocity, angular velocity, position if untouched
+  // (b) Velocity, angular velocity and position that each body has after the step if untouched.
+  std::vector<std::array<btVector3, 3>> free;
   for (std::size_t i = 0; i < n && touched; ++i) {
     const btVector3 velocity =
         engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;

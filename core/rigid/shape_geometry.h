@@ -61,9 +61,9 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 // with the product of the face counts. Other hulls count as round and use Bullet's method, which
 // accumulates contact points over several steps.
 constexpr int most_polyhedron_vertices = 32;
-// Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
-// shapes. Round hulls need a margin so large that their shrunken cores seldom overlap. If cores
-// overlap, Bullet runs a slow penetration search.
+// Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with shapes that
+// are neither polyhedra nor triangles. Round hulls need a margin so large that their shrunken cores
+// seldom overlap. If cores overlap, Bullet runs a slow penetration search.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
 // Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.

@@ -73,9 +73,9 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// Adds the contact between two balls, if there is one. Without motion, balls have a contact if
-// their gap is at most `near`. `motion` is the motion of `ball` relative to `other` in this step.
-// It is zero for balls that bounce.
+// Adds the contact between two balls, if there is one. There is none if the gap exceeds both `near`
+// and the length of `motion`. `motion` is the motion of `ball` relative to `other` in this step, or
+// zero for balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
