@@ -21,8 +21,8 @@ namespace loomstone {
 
 namespace {
 
-// Marks a running step. Throws if another step is running, because two concurrent steps would
-// corrupt the state.
+// Marks a running step. Throws if another step of the same simulation is running, because two
+// concurrent steps would corrupt the state.
 class Stepping {
  public:
   explicit Stepping(std::atomic_flag& flag) : flag_(flag) {

@@ -27,23 +27,24 @@ struct CircuitState;
 
 class Simulation {
  public:
-  // Checks the scene and builds its model. threads = 0: default_thread_count(). Results do not
-  // depend on threads, ranks or decomposition. Throws InvalidInput or Unsupported.
+  // Checks the scene and builds its model. If `threads` is 0, uses default_thread_count(). Results
+  // do not depend on the numbers of threads and ranks or on `decomposition`. Throws InvalidInput
+  // or Unsupported.
   Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
              std::shared_ptr<const Communicator> communicator = single_communicator(),
              Decomposition decomposition = Decomposition::Predicted);
   ~Simulation();
 
-  // Advances by one step. If it throws SolverFailure, the state of the last successful step
-  // remains.
+  // Advances by one step. If it throws SolverFailure, the state is again that at the start of the
+  // step.
   void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
   double step_size() const;  // length of a step; the largest length of automatic steps [s]
   int threads() const;
   const Communicator& communicator() const;
-  // Sets whether the motion that certification receives in each step is stored. collision_motion()
-  // returns the last stored motion. It has no vertices if nothing collides or no motion was stored.
+  // Sets whether the motion that certification receives is stored. collision_motion() returns the
+  // last stored motion, which has no vertices if nothing collides or no motion was stored.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
   // Returns CollisionStage::hierarchy_bytes(), or 0 if nothing collides.

@@ -13,7 +13,7 @@ namespace loomstone {
 namespace {
 
 // Returns a string that identifies a collision triangle in messages: the name of its surface and
-// its index in the user's numbering.
+// its index in the user's mesh of this surface.
 std::string place(const Model& model, Index triangle) {
   const CollisionSurface& surface =
       model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
@@ -29,14 +29,15 @@ std::string place(const Model& model, Index triangle) {
   return formatted("{} triangle {}", surface.name, local);
 }
 
-// Returns the cloth of a vertex, which is given by its index over all cloths in the user's order.
+// Returns the index of the cloth that contains a vertex. `user` is the index of the vertex over all
+// cloths, in the user's order.
 Index cloth_of_vertex(const Model& model, std::size_t user) {
   const std::vector<Index>& first = model.cloth.first_vertex;
   const auto next = std::upper_bound(first.begin(), first.end(), static_cast<Index>(user));
   return static_cast<Index>(next - first.begin()) - 1;
 }
 
-// Converts a vertex index over all cloths to the index within its cloth.
+// Converts a vertex index over all cloths, in the user's order, to the index within its cloth.
 Index vertex_in_cloth(const Model& model, std::size_t user) {
   return static_cast<Index>(user) - model.cloth.first_vertex[cloth_of_vertex(model, user)];
 }
@@ -82,8 +83,9 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// Throws InvalidInput if a script places a vertex at time 0 more than the mean edge length away
-// from its start position, because the first step would then move it far from its neighbours.
+// Throws InvalidInput if, at time 0, a script places a vertex more than the mean edge length of its
+// cloth away from its start position, because the first step would then move it far from its
+// neighbours.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);

@@ -156,9 +156,10 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   }
 }
 
-// Assigns each collision vertex its row in the implicit solve (for a body, the first of its two
-// rows), or -1 if it belongs to an obstacle. Also records, for each attached vertex, the surface of
-// its body, or of the body with the largest index if it is attached to several bodies.
+// Assigns each collision vertex its row in the implicit solve: for a vertex of a body, the first of
+// the two rows of that body; for a vertex of an obstacle, -1. Also records, for each attached
+// vertex, the surface of its body, or of the body with the largest index if it is attached to
+// several bodies.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);

@@ -24,7 +24,7 @@ struct Model {
   // The collision vertices of one rigid body or obstacle. The numbering of collision vertices
   // starts with the cloth rows, followed by the bodies and then the obstacles.
   struct Surface {
-    Index first = 0;  // its first collision vertex
+    Index first = 0;  // index of its first vertex among all collision vertices
     // (k x 3) Vertices relative to the body's centre of mass or the obstacle's origin [m].
     Points local;
   };

@@ -50,9 +50,9 @@ struct SteppedState {
   }
 };
 
-// A State is assigned by copying into its arrays, never by moving, because numpy views share their
-// memory. The members that State adds to SteppedState are set by the user and are constant during a
-// step.
+// A State is assigned by copying into its arrays, never by moving, because numpy views refer to the
+// memory of these arrays. The members that State adds to SteppedState are set by the user and are
+// constant during a step.
 struct State : SteppedState {
   Points external_force;  // (n x 3) forces [N]; no rows: zero
   // (b x 3) forces at the centres of mass [N] and torques about them [N m]

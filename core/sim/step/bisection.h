@@ -39,7 +39,8 @@ class Bisection {
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
   // Splits the next part in two if it is longer than `longest` >= 1 [1/64 step]. The first piece is
-  // 1/n of the part, rounded down, where n is the smallest integer with n >= part / longest.
+  // 1/n of the part, rounded down, where n is the length of the part divided by `longest`, rounded
+  // up.
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };
@@ -48,7 +49,8 @@ class Bisection {
 
  private:
   // Response to one cause of failure. Parts are halved until a part of the shortest length that is
-  // permitted for this cause fails. From then on, the parts of this step are accepted despite it.
+  // permitted for this cause fails. This part and later parts of this step are then accepted
+  // despite this cause.
   enum class Answer { Halve, Accept };
 
   bool limits_in_solve_;

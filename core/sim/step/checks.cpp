@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns whether the first n vertices are at most `most` [m] away from x0 and have finite
-// velocities.
+// Returns whether the first n vertices are at most `most` [m] away from their positions in x0 and
+// have finite velocities.
 bool all_within(const Points& x0, const ClothState& cloth, Index n, double most) {
   const double *a = x0.data(), *b = cloth.x.data(), *v = cloth.v.data();
   const double most2 = most * most;

@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// Throws SolverFailure if the position or velocity of a vertex is not finite, or if a vertex has
-// moved from its position in x0 by more than 100 times Model::cloth_size.
+// Throws SolverFailure if the position or velocity of a cloth vertex is not finite, or if a cloth
+// vertex has moved from its position in x0 by more than 100 times Model::cloth_size.
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage);
 

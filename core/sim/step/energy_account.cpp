@@ -11,17 +11,18 @@ namespace loomstone {
 namespace {
 
 // Energy that contacts may create by the end of a part, if ImplicitOptions::accuracy is 1, as a
-// fraction of the largest kinetic energy so far or, if that is larger, of the energy of contacts at
-// the start of the part. The accuracy multiplies this tolerance. Our choice: in 27 falls of towels
-// on a floor, the gain is then at most 0.021 (docs/experiments/energy.md). Schemes without damping
-// take steps by backward Euler while they have gained more than this fraction.
+// fraction of a scale. The scale is the largest kinetic energy so far or the energy of contacts at
+// the start of the part, whichever is larger. The accuracy multiplies this tolerance. Our choice:
+// in 27 falls of towels on a floor, the gain is then at most 0.021 (docs/experiments/energy.md).
+// Schemes without damping take steps by backward Euler while they have gained more than this
+// fraction (see has_gained()).
 constexpr double gain_tolerance = 0.02;
-// Energy that everything but contacts may gain in a part, beyond the work of scripts and loads and
-// the energy that contacts lose, as a fraction of the same scale. Where pins move cloth and no
-// triangle is at its strain limits, gain_tolerance applies instead. The accuracy multiplies this
-// tolerance, too. Our choice: the gain is 0.63 where contacts throw apart two magnets that should
-// stay together, up to 0.07 in harmless parts of a scene with magnets on cloth, and at most 0.003
-// in 14 other scenes (docs/experiments/energy.md).
+// Energy that everything but contacts may gain in a part, beyond the work of scripts and loads, the
+// energy that contacts lose and the energy that sweeps of strain limiting add, as a fraction of the
+// same scale. Where pins move cloth and no triangle is at its strain limits, gain_tolerance applies
+// instead. The accuracy multiplies this tolerance, too. Our choice: the gain is 0.63 where contacts
+// throw apart two magnets that should stay together, up to 0.07 in harmless parts of a scene with
+// magnets on cloth, and at most 0.003 in 14 other scenes (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For the gain of everything but contacts, the scale is at least this fraction of the work of
 // scripts in the part. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps
@@ -30,8 +31,8 @@ constexpr double share_of_work = 0.1;
 // A part is shortened to the largest length for which the energy that contacts are expected to
 // create is at most this fraction of the tolerated energy, or to the shortest permitted length.
 constexpr double aim = 0.5;
-// Energy that certification and contacts of bodies may add to cloth in a part of an asynchronous
-// step, as a fraction of the largest kinetic energy so far. Our choice.
+// Largest tolerated result of add_to_account() for a part of an asynchronous step, as a fraction of
+// the largest kinetic energy so far. Our choice.
 constexpr double tolerated_after_solve = 0.005;
 
 // Returns the energy of everything but contacts [J]. Includes the energy that resistances and

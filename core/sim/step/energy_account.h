@@ -6,10 +6,10 @@
 
 namespace loomstone {
 
-// Begins the account of a state at the start of a step, unless it already has one.
+// Begins the account of `state` at the start of a step, unless the state already has an account.
 void begin_account(const Engines& engines, State& state);
 
-// Causes of changes of energy in a part of a step after its solve.
+// Causes of energy changes in a part of a step after the solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part
@@ -19,35 +19,38 @@ struct AfterSolve {
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
 // the solve is attributed to untangling or to scripted motion or, without either, to certification.
-// Returns the energy gained after the solve plus MovedBodies::carried_gain [J], where losses count
-// as 0. Returns 0 if `after.untangles` is true.
+// Returns the energy gained after the solve plus MovedBodies::carried_gain [J]; if one of them is
+// negative, it counts as 0. Returns 0 if `after.untangles` is true.
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
 // Returns whether, by the start of a part, everything but contacts has gained more energy than is
 // tolerated, beyond the work of scripts and loads and the energy that contacts had when the account
-// began. The tolerated gain is a fraction, scaled by ImplicitOptions::accuracy, of the largest
-// kinetic energy so far or, if that is larger, of the work of scripts or of loads. Always false
-// without an accuracy.
+// began. The tolerated gain is a fraction, scaled by ImplicitOptions::accuracy, of the largest of
+// these energies: the largest kinetic energy so far, the work of scripts, the work of loads, and a
+// bound on the energy of rounding errors. Returns false without an accuracy.
 bool has_gained(const StepContext& part, const Engines& engines, const State& state);
 
-// Sets the account and the balances in a report whose energies are those of `state`.
+// Sets the account and the balances in `report`, which must already have the energies of `state`.
 void report_account(const Model& model, const State& state, StepReport& report);
 
 // Returns the length to which the part must be shortened if more energy has been created than is
 // tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart). A part is
-// halved if everything but contacts has gained too much beyond the work of scripts and loads and
-// the energy that contacts have lost. Contacts create energy if surfaces approach each other within
-// a part, because the contact force begins only at the end of the part. By then, the surfaces may
-// be much closer than their thickness. The tolerated energy is a fraction of the largest kinetic
-// energy so far or, if that is larger, of the energy of contacts at the start of the part, because
-// scripted surfaces may compress cloth that is at rest. If the step is not automatic and scripted
-// surfaces move, no part is shortened to less than a quarter of the step. In shorter parts, impacts
-// between cloth and scripted surfaces that approach it quickly remain unresolved. know_contacts()
-// should have been called; otherwise contacts are found again.
+// halved if everything but contacts has gained too much in it, beyond the work of scripts and
+// loads, the energy that contacts have lost, and the energy that sweeps of strain limiting have
+// added. Contacts create energy if surfaces approach each other within a part, because the contact
+// force begins only at the end of the part. By then, the surfaces may be much closer than their
+// thickness. If contacts have created more energy than is tolerated, the part is shortened until
+// they are expected to create at most half of the tolerated energy. The tolerated energy is a
+// fraction of the largest kinetic energy so far or, if that is larger, of the energy of contacts at
+// the start of the part, because scripted surfaces may compress cloth that is at rest. If the step
+// is not automatic and scripted surfaces move, no part is shortened to less than a quarter of the
+// step. In shorter parts, impacts between cloth and scripted surfaces that approach the cloth
+// quickly remain unresolved. know_contacts() should have been called; otherwise contacts are found
+// again.
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
-// have missed. `gained` is the result of add_to_account() [J]. A part in which it is too large is
-// halved, unless the part has the shortest permitted length.
+// have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
+// unless the part has the shortest permitted length.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

@@ -48,8 +48,8 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
         std::make_unique<EventContacts>(model.collision, collision->pairs(), model.inverse_mass);
   if (model.n_bodies() > 0) {
     if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
-    // MagneticMotion and some integrators apply gravity and gyroscopic torques instead of the
-    // world.
+    // If MagneticMotion or the integrator moves the bodies, it applies gravity and gyroscopic
+    // torques, so the world must not apply them again.
     const bool moved = integrator->moves_bodies() && model.cloth.n_vertices > 0;
     world = make_world(model, state, state.time, magnetics != nullptr || moved);
   }

@@ -1,6 +1,6 @@
 // Engines that the stages of a step use: the mechanics of cloth, bodies, magnets and contacts. They
-// are built from the model and the state. If they are rebuilt after a step that allows a
-// checkpoint, later results are bitwise identical.
+// are built from the model, the options and the state. If they are rebuilt after a step that allows
+// a checkpoint, later results are bitwise identical to those of the old engines.
 #pragma once
 
 #include <memory>
@@ -40,9 +40,10 @@ struct Engines {
   const RowLayout& layout;
   Team team;
   std::vector<double> busy;  // (threads) time of each thread in collision loops of this step [s]
-  Team collision_team;       // the same threads; their time is added to `busy`
+  Team collision_team;       // the threads of `team`; their time is added to `busy`
   std::unique_ptr<Elasticity> elasticity;  // elements of this rank; all in asynchronous steps
-  // Elements of all ranks, built when this rank measures alone for the first time.
+  // Elements of all ranks; null until this rank first measures alone, and always if `elasticity` is
+  // not divided among ranks.
   mutable std::unique_ptr<Elasticity> all_elements;
   Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;
@@ -54,7 +55,7 @@ struct Engines {
     double energy;         // [J]
   };
   mutable std::optional<ContactEnergy> contact_energy;
-  // Null: the integrator has no events, or nothing collides.
+  // Null: the integrator does not handle collisions at events, or nothing collides.
   std::unique_ptr<EventContacts> event_contacts;
   std::unique_ptr<RigidWorld> world;  // null: no bodies
   // Null: no bodies, or neither magnets nor coils nor bearings.

@@ -34,8 +34,9 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
   return bodies;
 }
 
-// Moves the cloth to x1 and adds the displacement, except corrections at rest, divided by the
-// length of the part, to its velocities. Notes in `certified` whether any vertex moved.
+// Moves the cloth to x1. Adds to its velocities the displacement, without the corrections `at_rest`
+// (see ConstrainReport), divided by the length of the part. If any vertex moves, notes this in
+// `certified` and stores the previous positions and velocities there.
 void move_cloth(const StepContext& part, const Points& x1, const Points& at_rest, ClothState& cloth,
                 Certified& certified) {
   if (x1.topRows(cloth.x.rows()) == cloth.x) return;  // the usual case
@@ -51,7 +52,7 @@ void move_cloth(const StepContext& part, const Points& x1, const Points& at_rest
 }
 
 // Sets the certified poses of the bodies, and adds the corrections, divided by the length of the
-// part, to their velocities. The rigid-body world reads both in its next step.
+// part, to their velocities. The rigid-body world reads poses and velocities in its next step.
 void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidState& rigid) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const FreeBody& body = bodies[i];
@@ -63,10 +64,10 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
-// Returns the vertices of every cloth that sweeps would push into other surfaces: cloths to which a
-// body is attached or which a body touches, directly or through other cloth, because sweeps ignore
-// the mass of the body, and cloths whose limits are forced (see NearContacts). Only the limit
-// phases of the solve limit the strain of these cloths.
+// Returns the vertices of every cloth that sweeps must not move, because they would push it into
+// other surfaces. These are cloths to which a body is attached or which a body touches, directly or
+// through other cloth (sweeps ignore the mass of the body), and cloths whose limits are forced (see
+// NearContacts). Only the limit phases of the solve limit the strain of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
   using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;

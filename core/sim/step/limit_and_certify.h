@@ -1,7 +1,7 @@
 // Fifth stage: enforces strain limits, then corrects the motion so that it has no impact and ends
 // without new intersections. Impacts that remain are counted. No later stage moves vertices.
 // Velocities change by the correction divided by the length of the part, as in (3.16) of
-// [Thomaszewski2010].
+// [Thomaszewski2010], except for the corrections ConstrainReport::at_rest.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ struct Certified {
   // (n x 3) Positions [m] and velocities [m/s] of cloth before this stage; no rows unless `moved`.
   Points solved_x, solved_v;
   double limited = 0.0;  // energy that limiting removed from cloth [J]
-  // Report after limiting; empty without a limiter or if vertices may have moved since.
+  // Report of the limiting; empty if there was none or if vertices may have moved since.
   std::optional<LimitReport> limits;
 };
 

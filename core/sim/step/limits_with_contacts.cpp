@@ -23,8 +23,8 @@ constexpr double much_motion = 0.01;
 // would give vertices very large velocities. Our choice.
 constexpr double gained_by_sweeps = 0.1;
 
-// A strain mode (weft, warp, shear) of a triangle: the amount by which its strain exceeds the
-// nearer limit (negative: within the limit), and the tolerated excess [1].
+// A strain mode (weft, warp, shear) of a triangle: the amount by which the strain in this mode
+// exceeds the nearer of its two limits (negative: within the limits), and the tolerated excess [1].
 struct Mode {
   double excess, margin;
 };
@@ -133,9 +133,9 @@ class Constraining {
   }
 
   // Moves part of the corrections of a cloth to `at_rest` if all of them would increase its kinetic
-  // energy. Allows the increase up to the energy of a cloth that moves at the speed of its fastest
-  // vertex that sweeps do not move, because prescribed vertices pull cloth along. x1_ and `wanted`
-  // are the positions with and without the corrections.
+  // energy too much. The kinetic energy may rise to the value at which the whole cloth has the
+  // speed of the fastest vertex that sweeps do not move, because prescribed vertices pull cloth
+  // along. x1_ and `wanted` are the positions with and without the corrections.
   void keep_kinetic_energy(const Points& wanted, const std::vector<Index>& held) {
     const ClothModel& cloth = *in_.cloth;
     Points& at_rest = report_.at_rest;
@@ -180,7 +180,7 @@ class Constraining {
     }
   }
 
-  // Returns whether the limits are satisfied after limiting and no impulses change the positions.
+  // Returns whether the limits are satisfied after limiting and no impulses then move vertices.
   // In this case, no check is needed until certification moves vertices.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
@@ -199,10 +199,11 @@ class Constraining {
   }
 
   // Moves each cloth back to its positions before the sweeps if, after the sweeps, it exceeds its
-  // limits and its excess is not smaller. If scripted motion leaves the limits no room, sweeps only
-  // concentrate strain in corners. Limit phases then spread the strain again in the next part, with
-  // large forces. If limits act in the solve, a cloth that also exceeded them at the start of the
-  // part is therefore moved back in any case. Returns whether any cloth is moved back.
+  // limits and its excess is not smaller than before. If scripted motion leaves the limits no
+  // room, sweeps only concentrate strain in corners. Limit phases then spread the strain again in
+  // the next part, with large forces. If limits act in the solve, a cloth that exceeds its limits
+  // both at the start of the part and after the sweeps is therefore moved back even if its excess
+  // is smaller. Returns whether any cloth is moved back.
   bool take_back(const Points& wanted) {
     std::vector<std::uint8_t> worse(in_.cloth->strain_limits.size(), 0), stayed = worse;
     if (in_.limits_in_solve) {

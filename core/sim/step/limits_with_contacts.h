@@ -2,7 +2,7 @@
 // alternate: certification corrects the limited motion, and limiting repairs strains that
 // certification causes. If no round satisfies both, the fallback moves cloth back towards the start
 // of the part, where both are usually satisfied. If fallbacks withhold more than 1 % of the motion,
-// the caller divides the part again, down to a minimum length.
+// the caller divides the part, down to a minimum length.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ struct ConstrainInputs {
   std::uint64_t seed = 0;      // seed of the random order of sweeps
   double h = 0.0;              // length of the part [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
-  const Vector* inverse_mass = nullptr;  // (all vertices) 0 unless free cloth vertex [1/kg]
+  const Vector* inverse_mass = nullptr;  // (all vertices) [1/kg]; 0 except at free cloth vertices
   // (cloth vertices x 3) positions [m] and velocities [m/s] after the solve. Required with
   // `limiter`.
   const Points *x = nullptr, *v = nullptr;
@@ -63,8 +63,9 @@ struct ConstrainReport {
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limited = 0.0;              // energy that sweeps removed from cloth [J]
   // (cloth vertices x 3) Corrections by sweeps that do not change velocities [m]; empty: none.
-  // Limits that act only after the solve may leave an excess, or scripts may force it. If sweeps
-  // remove it in one part, its length divided by that of the part is no velocity of the cloth.
+  // Limits that act only after the solve may leave an excess, or scripts may force one. If sweeps
+  // remove such an excess in one part, the correction divided by the length of the part is not a
+  // velocity of the cloth.
   Points at_rest;
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved

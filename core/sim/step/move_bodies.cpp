@@ -12,12 +12,12 @@ namespace loomstone {
 namespace {
 
 // If no attached vertex is farther from its point on the body than this fraction of the size of the
-// cloth, carried_gain is 0, because the differences are rounding errors. Our choice.
+// cloth, carried_gain is 0, because such distances are rounding errors. Our choice.
 constexpr double rounding_of_places = 1e-10;
 
 // Returns the impulses that change the momenta of the bodies from those at the velocities `before`
 // (2 b x 3) to those at the velocities in `solved`. If the integrator has moved the bodies, their
-// inertia in world axes has changed with their orientation.
+// inertia in world axes has changed with their orientation. All impulses are 0 without cloth.
 BodyImpulses solved_impulses(const Loads& loads, const Points& before, const SolvedBodies& solved,
                              const Model& model) {
   BodyImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
@@ -59,7 +59,7 @@ std::vector<Index> carriers_of_cloth(const Model& model) {
 // Divides the impulses of the cloth and of the user's forces in a part into impulses at its start
 // and impulses at its end, and returns them in this order. Without contacts and under constant
 // magnetic forces, bodies with attached vertices then get the final velocities and the poses that
-// the integrator has computed. If it has computed no poses, the bodies move by their final
+// the integrator has computed. If it has computed no poses, these bodies move by their final
 // velocities times the length of the part. On other bodies, all impulses act at the start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
                                              const SolvedBodies& solved, const RigidState& rigid,

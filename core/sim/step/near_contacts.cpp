@@ -10,8 +10,9 @@ namespace loomstone {
 
 namespace {
 
-// Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Row 0 belongs to
-// the first collision vertex after the cloth.
+// Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Bodies are
+// expected to keep their velocities at the start of the part; obstacles have their mean velocities
+// in the part. Row 0 belongs to the first collision vertex after the cloth.
 Points body_vertex_velocities(const StepContext& part, const Loads& loads, const State& state,
                               const Model& model) {
   const Index n = model.cloth.n_vertices;
@@ -28,7 +29,9 @@ Points body_vertex_velocities(const StepContext& part, const Loads& loads, const
   return velocities;
 }
 
-// Returns the predicted velocities of all collision vertices [m/s].
+// Returns the predicted velocities of all collision vertices [m/s]. Free cloth vertices are
+// expected to keep their velocities at the start of the part; prescribed vertices have their mean
+// velocities in the part.
 VertexVelocities predicted_velocities(const StepContext& part, const Loads& loads,
                                       const State& state, const Model& model) {
   return VertexVelocities([&, of_bodies = body_vertex_velocities(part, loads, state, model)](
@@ -40,8 +43,9 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
   });
 }
 
-// Returns the change of velocity in the last part, scaled to the length of this part [m/s]. Contact
-// terms assume this change in this part, which reduces the lag of sliding contacts.
+// Returns the change of velocity of cloth in the last part, scaled to the length of this part
+// [m/s]; 0 if it is unknown, and for bodies and obstacles. Contact terms assume this change in this
+// part, which reduces the lag of sliding contacts.
 VertexVelocities expected_change(const StepContext& part, const State& state, const Model& model) {
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
   const double scale = state.cloth.change_scale(part.h);
@@ -94,8 +98,8 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
 }
 
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
-// if no contact is closer than half its thickness. Without rows, no contact is stiffened; see
-// contact_stiffness().
+// if no contact is closer than half its thickness. contact_stiffness(), which reads them, stiffens
+// no contact if there are no rows.
 Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
   if (!contacts.pressed) return Points(0, 3);
   const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);

@@ -41,7 +41,7 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
                         Engines& engines, NearContacts& near, StepReport& report);
 
 // Collective. Finds the contacts of `state`, if they are part of the solve. Until the state
-// changes, the next step and collective calls of contact_energies() then use these contacts.
+// changes, the next part and collective calls of contact_energies() then use these contacts.
 void know_contacts(const State& state, const Engines& engines);
 
 // Returns the energy [J] of the contacts that the next part of the step would find in `state` at

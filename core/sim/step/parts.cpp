@@ -78,7 +78,7 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
   Bisection bisection(engines.limits_in_solve);
   SteppedState part_start;
   const SteppedState* snapshot = &outcome.start;  // state at the start of the part
-  // Largest length of an automatic step in which contacts created too much energy [s]; 0: none.
+  // Largest length with which this automatic step created too much energy [s]; 0: none.
   double settled = 0.0;
   while (true) {
     if (!steps.automatic) {

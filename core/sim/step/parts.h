@@ -12,14 +12,15 @@
 
 namespace loomstone {
 
-// Function that takes a part of a step. It must change the state and outcome given to take_parts().
+// Function that advances the state by a part of a step. It must work on the state and the outcome
+// that are given to take_parts().
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
 // Takes the whole step at once or in parts. A part is divided if an attempt at it fails, its error
-// is too large, or it creates too much energy (see length_without_gain()). In steps of given
-// length, a part is also divided before an attempt if its expected error is too large. An automatic
-// step that has not been divided is shortened instead if its error is too large or it creates too
-// much energy.
+// is too large, or it creates too much energy (see length_without_gain()). If StepChoice::automatic
+// is false, a part is also divided before an attempt if it is longer than stable_part() (where
+// StepChoice::stable is positive) or expected_part() allows. An automatic step that has not been
+// divided is shortened instead if its error is too large or it creates too much energy.
 // outcome.start must contain the state at the start of the step. Returns the span of the step that
 // was taken.
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,

@@ -21,9 +21,10 @@ constexpr double largest_otherwise = 1e-3;
 // Automatic step of explicit schemes, as a fraction of the stable step at the start. Our choice:
 // stretched cloth is stiffer than cloth at the start.
 constexpr double share_of_stable = 0.5;
-// Longest part of such a step, as a fraction of the step at which the stretched cloth is stable.
-// Our choice: steps are then divided only where cloth is stretched to 1.57 times its length. With
-// 0.7, cloth at a stretch of 1.3 changes between two lengths and gains energy.
+// Longest part of an automatic step of explicit schemes, as a fraction of the step at which the
+// stretched cloth is stable. Our choice: steps are then divided only if cloth is stretched to more
+// than about 1.58 times its length. With 0.7, cloth at a stretch of 1.3 changes between two lengths
+// and gains energy.
 constexpr double share_when_stretched = 0.9;
 
 }  // namespace

@@ -20,10 +20,11 @@ struct StepChoice {
 // InvalidInput if the step of an implicit scheme is "auto" but its accuracy is not given.
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
 
-// Returns the length at which an explicit scheme is stable in `part`, in 64ths of the step (see
-// StepPart), at most that of the part. If a St. Venant-Kirchhoff membrane is stretched to L times
-// its length, its tangent stiffness is (3 L^2 - 1) / 2 times that at rest. x (n x 3) are the
-// positions at the start of the part [m], and steps.stable must be positive. Collective.
+// Returns the largest length with which an explicit scheme is stable, with a margin, from the start
+// of `part` on: between 1 and the length of the part, in 64ths of the step (see StepPart). If a
+// St. Venant-Kirchhoff membrane is stretched to L times its length, its tangent stiffness is
+// (3 L^2 - 1) / 2 times that at rest. x (n x 3) are the positions at the start of the part [m], and
+// steps.stable must be positive. Collective.
 int stable_part(const StepContext& part, const StepChoice& steps, const Points& x,
                 const Engines& engines);
 

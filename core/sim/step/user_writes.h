@@ -15,8 +15,8 @@ namespace loomstone {
 // contain this record.
 class UserWrites {
  public:
-  // From now on, positions and velocities are compared before every step with those after the last
-  // one, because users have views of the tables, through which they can write unnoticed.
+  // From now on, positions and velocities are compared before every step with those after the
+  // preceding step, because users have views of the tables, through which they can write unnoticed.
   void watch(const State& state);
   bool watching() const { return watching_; }
   // Kind of data that users have written since the last step. If they have written data of several
@@ -24,12 +24,12 @@ class UserWrites {
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write
 
-  // If watching(), throws InvalidInput for the first invalid entry. Otherwise, only setters have
-  // written, and they have checked their values.
+  // If watching(), throws InvalidInput for the first invalid entry. Otherwise, only setters can
+  // have written, and they have checked their values.
   void check(const Model& model, const State& state) const;
-  // If users have written anything, gathers every row from the rank that owns it, and broadcasts
-  // overrides, poses, and the forces and torques on bodies from rank 0. Returns the Kind that
-  // counts for the data written on all ranks. Collective.
+  // If users have written anything on any rank, gathers every row from the rank that owns it, and
+  // broadcasts overrides, poses, the target time, and the forces and torques on bodies from rank 0.
+  // Returns the Kind that counts for the data written on all ranks, and forgets it. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // must be called after the state is replaced
   std::size_t bytes() const { return bytes_of(x_, v_); }

@@ -122,8 +122,8 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   });
 }
 
-// Sets the terms of contacts to the forces of the solve. Returns the gradient of the energy and the
-// relative displacement of each term, without the terms of attachments.
+// Sets the terms of contacts to the forces of the solve. Returns, for each term except those of
+// attachments, the gradient of the energy and the relative displacement.
 std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
                                               const Points& displacement, const Engines& engines) {
   // Forces are evaluated at the same time within the step as in the scheme.

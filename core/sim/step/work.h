@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// Cloth and bodies after the solve and the bodies' stage, before limits and certification change
-// them.
+// Cloth and bodies after the solve and the stage that moves the bodies, before limiting and
+// certification change them.
 struct Solved {
   // (n x 3) Positions [m] and velocities [m/s] of cloth, copied before a later stage changes them;
   // no rows: the cloth of the state has not changed since.
