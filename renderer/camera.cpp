@@ -5,8 +5,8 @@
 // two half-planes, whose corner is the closest possible eye. The vertical direction is analogous.
 // The eye is placed at the larger of the distances that the two directions require. In the
 // direction that requires the smaller distance, the points are then centred in the picture. If the
-// camera turns, the largest values are those over the circles on which the points turn, so that the
-// distance is the same in all directions.
+// camera turns, the largest values are taken over the circles on which the points move relative to
+// the camera, so that the distance is the same for all angles of the turn.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ void include(const Vec3& point, Framing& framing) {
 }
 
 // Extends `framing` to the cloth and to the visible bodies that are not floors. Returns the height
-// of the highest floor, or minus infinity if there is no floor.
+// of the highest floor vertex [m], or minus infinity if there is no floor.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex), framing);
@@ -71,6 +71,8 @@ void widen(Framing& framing) {
 
 // Eye and target of the camera at one time. If the eye or the target has key frames, it moves along
 // a cubic spline through them (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
+// If the camera has no key frames, the eye only gives the viewing direction: it is 1 m from the
+// target.
 struct Sight {
   Vec3 eye, target;
 };

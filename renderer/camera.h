@@ -1,4 +1,4 @@
-// The view of a camera, with its view and projection matrices.
+// The view of a camera: position, axes, field of view, and the matrices that follow from them.
 #pragma once
 
 #include "renderer/framing.h"
@@ -16,7 +16,7 @@ struct View {
   Float4x4 projection() const;
 };
 
-// Returns the view at a time of the run [s].
+// Returns the view at a time of the run [s]. `aspect` is width / height of the picture.
 View make_view(const Camera& camera, double aspect, const Framing& framing, double time = 0.0);
 
 // Returns the unit vector from target to eye. If they coincide, the view is from the front right

@@ -1,5 +1,5 @@
 // Checks of the options, topology, frames and colour ranges that users pass to the renderer. Each
-// throws InvalidInput for the first error. Curves are checked in tubes.cpp.
+// throws InvalidInput for the first error that it finds. Curves are checked in tubes.cpp.
 #pragma once
 
 #include "renderer/renderer.h"

@@ -2,7 +2,7 @@
 // the OSMesa that wheels contain. The OSMesa of wheels is slower, because it has no LLVM and draws
 // with softpipe. The libraries are loaded at run time, so a machine without them gets an error
 // message instead of a link error. The environment variable LOOMSTONE_GL=osmesa|egl|softpipe
-// selects one.
+// selects one of the three.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,8 @@ class Context {
 };
 
 // Throws InvalidInput if LOOMSTONE_GL has an unknown value, and Unsupported if no context can be
-// created. The message then names the libraries that were tried, and packages of OSMesa and EGL.
+// created. The message of Unsupported names OSMesa and EGL or the value of LOOMSTONE_GL, and Debian
+// packages to install.
 std::unique_ptr<Context> create_context();
 
 // Returns the OpenGL functions of `context`, which must be current. Throws Unsupported if they

@@ -9,7 +9,8 @@
 namespace loomstone {
 
 // The region that a fitted camera shows. Its radius is the length scale of shading. A renderer
-// computes it once, usually from the first frame, so that it stays the same while the cloth moves.
+// computes the region once, usually from the first frame, so that it stays the same while the cloth
+// moves.
 struct Framing {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
   // Points that must be visible [m]; empty: the corners of the box.
@@ -19,8 +20,8 @@ struct Framing {
 };
 
 // Returns the region of the cloth and of visible bodies other than floors, extended downwards to
-// the lowest point to which the cloth is expected to fall. This point lies on the floor or, if that
-// is higher, below the top of the cloth by the larger horizontal extent of the cloth: a sheet
+// the height to which the cloth is expected to fall. This is the height of the highest floor or, if
+// greater, that of the top of the cloth minus the larger horizontal extent of the cloth: a sheet
 // pinned at one side falls that far.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
@@ -39,7 +40,7 @@ class CameraFit {
   FrameTopology topology_;
   Camera camera_;
   double aspect_;
-  Framing framing_;  // its box is that of the first frame, which determines the axis of a turn
+  Framing framing_;  // with the box of the first frame; a turn is about the centre of this box
 };
 
 }  // namespace loomstone

@@ -19,7 +19,7 @@ struct UvBox {
   Vec2 size() const { return high - low; }
 };
 
-// Bounding boxes in uv of n surfaces.
+// Returns the bounding box in uv of each of n surfaces, which is empty for a surface without uv.
 std::vector<UvBox> uv_boxes(const Points2& corner_uv, const std::vector<Index>& owner,
                             std::size_t n) {
   std::vector<UvBox> boxes(n);

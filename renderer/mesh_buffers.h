@@ -21,17 +21,18 @@ struct DrawnMesh {
   std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
 };
 
-// Returns the mesh of the cloths, with one part for each cloth. Vertices are split where uv
-// differs. Normals remain smooth across seams.
+// Returns the mesh of the cloths, with one part for each cloth. A vertex is split where its
+// triangles differ in uv. Normals remain smooth across these seams.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
 // Returns the mesh of the bodies, with one part for each body. The parts of floors are empty.
-// Vertices are split where the normals of neighbouring triangles of `body_vertices` differ by more
-// than `crease_degrees`, and where uv differs.
+// A vertex is split at edges whose two triangles, with their corners at `body_vertices` [m], have
+// normals that differ by more than `crease_degrees`, and where its triangles differ in uv.
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
-// Returns (k x 3) unit normals of the drawn vertices. Each has the direction of the mean normal of
-// the triangles of its group, weighted by the angles at their corners, or of z if the mean is zero.
+// Returns (k x 3) unit normals of the drawn vertices. The normal of a group is the mean of the
+// normals of the triangles at its vertices, weighted by the triangles' angles there and scaled to
+// unit length. It is the z axis if this mean is zero.
 Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 
 // OpenGL buffers of a drawn mesh.

@@ -170,7 +170,7 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
   const std::vector<PlacedFloor> floors = place_floors(frame);
 
   const View view = this->view(frame.time);
-  Vec3 low = framing->centre(), high = low;  // box around the centre and all shadow casters [m]
+  Vec3 low = framing->centre(), high = low;  // box around this centre and all shadow casters [m]
   Reach reach(view, options.width, options.height);
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);

@@ -25,26 +25,28 @@ struct ColorRange {
 
 class Renderer {
  public:
-  // `table` contains the colours of fields. If `diverging` is true, their automatic ranges (except
-  // that of contact) are centred on the neutral value of the field. Throws InvalidInput for an
+  // `table` contains the colours of fields. If `diverging` is true, the automatic range of every
+  // field except contact is centred on the neutral value of the field. Throws InvalidInput for an
   // invalid topology, option or LOOMSTONE_GL, and Unsupported if no OpenGL library is usable.
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();
-  // Determines the region of a fitted camera, the length scale of shading and the sharp edges of
-  // bodies from the given frame. If fit() is called with the first frame of a sequence, pictures do
-  // not depend on the frames that were drawn before. If fit() is not called, the first rendered
-  // frame is used.
+  // Determines the region that a fitted camera shows, the length scale of shading and the sharp
+  // edges of bodies from the given frame. If fit() is called with the first frame of a sequence,
+  // pictures do not depend on the frames that were drawn before. If fit() is not called, the first
+  // rendered frame is used.
   void fit(const Frame& first);
-  // Returns value_range() for each row of color_by in a frame; 0 to 0 for "cloth".
+  // Returns value_range() (see scalar_field.h) for each row of color_by in a frame; 0 to 0 for
+  // "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
   // Returns color_range() (see scalar_field.h) for each row of color_by in a frame; 0 to 0 for
   // "cloth". `values` has the same meaning as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
-  // Draws a frame. `values` contains the range of automatic colours for each row of color_by, for
-  // example over all frames of a run. If null, the values of this frame define the range. Only one
-  // thread at a time may use a Renderer, but several Renderers may exist at once.
+  // Draws a frame. For each row of color_by, `values` contains the range of values that determines
+  // automatic colours, for example over all frames of a run. If null, the values of this frame
+  // determine these colours. Only one thread at a time may use a Renderer, but several Renderers
+  // may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,
                const std::vector<ColorRange>* values = nullptr);
   // Returns depth, normals and numbers of the visible surfaces, without anti-aliasing.

@@ -29,7 +29,7 @@ std::array<std::string, 2> halves(const std::string& name) {
 
 namespace {
 
-// Component of U - I (column 0 weft, 1 warp, 2 shear), where U is the right stretch tensor. It is
+// Component of U - I (column 0 weft, 1 warp, 2 shear), where U is the right stretch tensor. U is
 // computed from the Green strain E by C = I + 2 E, d = sqrt(det C) and
 // U = (C + d I) / sqrt(tr C + 2 d) (docs/method.md, M21).
 double corotational(const Eigen::RowVector3d& green, int column) {

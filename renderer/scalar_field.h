@@ -11,7 +11,7 @@
 namespace loomstone {
 
 const std::vector<std::string>&
-scalar_field_names();  // the values that color_by accepts besides "cloth"
+scalar_field_names();  // the names that color_by may contain besides "cloth"
 std::string scalar_field_title(const std::string& name);
 // Splits a string of names joined by "+". The options color_by (one name per row of the picture,
 // from the top) and hidden have this format.
@@ -22,8 +22,8 @@ std::vector<std::string> names_in(const std::string& joined);
 std::array<std::string, 2> halves(const std::string& name);
 
 // Returns (n) values at the cloth vertices. The field contact is 0 without contact, 1 in contact,
-// and 2 where triangles were forced to intersect. The other fields are means of the values of
-// triangles, weighted by their areas in uv. Strain is U - I, the measure of the strain limits.
+// and 2 where triangles were forced to intersect. The other fields are means over the triangles at
+// a vertex, weighted by their areas in uv. Strain is U - I, the measure of the strain limits.
 Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame);
 
 // Returns the values shown on the left and on the right half of each cloth in a row of the picture.
@@ -33,9 +33,9 @@ std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& to
 // Returns the smallest and the largest value of both fields. For the field contact, the range is
 // always 0 to 2. If there are no values, it is 0 to 1.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
-// Returns the range given in the options, or else that of the values. For a diverging map, the
-// latter is made symmetric about the neutral value: 1 for stretch and 0 for strains. The range of
-// the values of contact is not changed. Any other returned range has a positive width.
+// Returns the range from color_low to color_high if these differ, or else the range `values`. For
+// contact, `values` is not changed. For other fields, it is made symmetric about the neutral value
+// (1 for stretch, 0 for strains) if the map is diverging, and widened if it has almost no width.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

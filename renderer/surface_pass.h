@@ -1,4 +1,4 @@
-// Last pass, at full size. The backdrop and the floor have no visible edges and are drawn with one
+// Last pass, at full size. The backdrop and the floors have no visible edges and are drawn with one
 // sample per pixel. Bodies, curves, cloth and wireframe are drawn over them with
 // RenderOptions::samples samples per pixel, only inside their bounding rectangle in the picture.
 // Where OpenGL has only one sample per pixel (softpipe), four drawings replace several samples,
@@ -39,13 +39,13 @@ struct SurfaceThings {
   const MeshBuffers& bodies;
   const std::vector<PlacedFloor>& floors;
   const Materials& materials;
-  Index n_bodies;  // number of bodies; `bodies` contains the curves as the part with this number
+  Index n_bodies;  // bodies and obstacles; curves, if any, are the part of `bodies` with this index
 };
 
 class SurfacePass {
  public:
   // If `separate`, there is one drawing for each of four samples. Otherwise, one drawing has
-  // `per_pixel` samples.
+  // `per_pixel` samples in each pixel.
   struct Samples {
     int per_pixel;
     bool separate;

@@ -29,7 +29,7 @@ void main() {
 }
 )";
 
-// Declarations and functions used by all materials.
+// Declarations and functions used by the shaders of cloth, bodies, floors and the backdrop.
 const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // size of the picture in pixels
@@ -85,7 +85,7 @@ vec2 seen_at(float depth) {
 vec3 ambient(vec3 n) { return mix(ground, sky, 0.5 + 0.5 * dot(n, up)); }
 )";
 
-// Shading by the materials of cloth and bodies; see Material in materials.h.
+// Shading by the materials of cloth, bodies and floors; see Material in materials.h.
 const char* material = R"(
 uniform vec3 front_color, back_color;
 uniform float roughness;
@@ -145,12 +145,12 @@ void main() { color = encode(backdrop()); }
 )";
 
 // A floor without colour and texture shows the backdrop, slightly brighter near the centre and
-// darkened by shadows and occlusion. Both effects vanish towards its border, which is thus
+// darkened by shadows and occlusion. Both effects vanish towards the floor's border, which is thus
 // invisible. Floors with a colour or texture fade into the backdrop.
 const char* floor_text = R"(
 uniform int transparent;   // 1: no backdrop; a floor without colour and texture shows only shadows
 uniform int colored;       // 1: the floor has a colour or texture of its own
-uniform vec2 centre_uv, side_a_uv, side_b_uv;   // uv at the centre of the square and along its sides
+uniform vec2 centre_uv, side_a_uv, side_b_uv;   // uv over the square; see SquareUv
 void main() {
   vec3 albedo =
       with_texture(front_color, centre_uv + surface_uv.x * side_a_uv + surface_uv.y * side_b_uv);
