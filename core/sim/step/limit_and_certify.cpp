@@ -92,6 +92,16 @@ std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near)
   return vertices;
 }
 
+// Returns the energy of cloth that is at `solved` after the solve and at x1 at the end of the part,
+// if the corrections `at_rest` do not change velocities.
+ClothEnergy cloth_energy(const StepContext& part, const ClothState& solved, const Points& x1,
+                         const Points& at_rest, const Engines& engines) {
+  const Points x = x1.topRows(solved.x.rows());
+  Points v = solved.v + (x - solved.x) / part.h;
+  if (at_rest.rows() > 0) v -= at_rest / part.h;
+  return {kinetic_energy(engines, v), potential_energy(engines, x)};
+}
+
 void add_to_report(const StepContext& part, const ConstrainReport& done, bool limited,
                    StepReport& report) {
   report.seconds.limit += done.limit_seconds;
@@ -143,11 +153,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.inverse_mass = &model.inverse_mass;
   const ClothState& solved = state.cloth;
   inputs.x = &solved.x, inputs.v = &solved.v;
-  inputs.energy = [&](const Points& at, const Points& at_rest) -> ClothEnergy {
-    const Points x = at.topRows(n);
-    Points v = solved.v + (x - solved.x) / part.h;
-    if (at_rest.rows() > 0) v -= at_rest / part.h;
-    return {kinetic_energy(engines, v), potential_energy(engines, x)};
+  inputs.energy = [&](const Points& x1, const Points& at_rest) {
+    return cloth_energy(part, solved, x1, at_rest, engines);
   };
   inputs.largest_kinetic = state.account.largest_kinetic;
   const ConstrainReport done = constrain(inputs, x1, bodies);
