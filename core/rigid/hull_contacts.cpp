@@ -103,7 +103,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only a clearly smaller overlap replaces an axis, so that contacts keep their type (face or edge).
+  // Only a clearly smaller overlap replaces an axis, so contacts keep their type (face or edge).
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
