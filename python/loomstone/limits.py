@@ -74,14 +74,14 @@ def limit(
 ) -> tuple[NDArray[np.float64], LimitReport]:
     """Moves points until no triangle exceeds the strain limit by more than the tolerance.
 
-    With method="edges" or strain_limit.edge, limits the elongation of edges instead. Stops after
-    `max_sweeps` sweeps at the latest.
+    With method="edges", or if strain_limit.edge is given, limits the elongation of edges instead.
+    Stops after `max_sweeps` sweeps at the latest.
 
     Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess.
 
     points : (n, 3) positions of the mesh vertices [m]
-    masses : (n,) masses of the vertices [kg]; None: a third of the mass of the triangles around
-        each vertex, at 1 kg/m^2 of rest area
+    masses : (n,) masses of the vertices [kg]; None: for each vertex, a third of the mass of the
+        triangles around it, at 1 kg/m^2 of rest area
     fixed : indices of the vertices that do not move
     method, tolerance, max_sweeps, active_set, seed : as in LimitOptions
     rest, threads : as in strain()

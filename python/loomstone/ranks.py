@@ -33,7 +33,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-# Error types in the order of their numbers in core/parallel/agreement.cpp.
+# Error types, indexed by their numbers in core/parallel/agreement.cpp; None means no failure.
 _KINDS = (
     None,
     Error,
@@ -61,7 +61,8 @@ _BINDING = "OMPI_MCA_hwloc_base_binding_policy"
 def default_threads() -> int:
     """Returns the number of threads that this rank should use.
 
-    This is the number in OMP_NUM_THREADS or, without it, one for each processor in its share.
+    This is the number in OMP_NUM_THREADS or, without it, the number of processors in the share of
+    this rank.
     """
     return threads_in_environment() or processors_of_rank()
 
@@ -69,8 +70,9 @@ def default_threads() -> int:
 def processors_of_rank() -> int:
     """Returns the number of processors in the share of this rank.
 
-    Ranks on the same node share its processors equally. If Open MPI binds each rank to processors,
-    or Slurm sets a number of processors per rank, the share is limited to these processors.
+    Ranks on the same node share its processors equally, but if Slurm sets a number of processors
+    per rank, this number is the share. In both cases, the share contains at most the processors on
+    which this rank may run, for example those to which Open MPI binds it.
     """
     usable = available_processors()
     if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):
@@ -110,7 +112,10 @@ def together(ranks: Communicator) -> Iterator[None]:
 
 
 def share_failure(ranks: Communicator, failure: Exception) -> None:
-    """Reports a failure to ranks that do not know of it; all ranks end if they do not respond."""
+    """Reports a failure to the other ranks, unless all ranks have agreed on it already.
+
+    If the other ranks do not respond, all ranks are terminated.
+    """
     if ranks.size > 1 and ranks.agreed != str(failure):
         ranks.agree(*_described(failure))
 

@@ -58,7 +58,7 @@ class Simulation(_core.Simulation):
         costs of the lists in earlier steps determine the parts. "static" and "dynamic": every step
         traverses the bounding-volume hierarchies of the partitions of all ranks. "static" deals the
         pairs of partitions out evenly. With "dynamic", idle ranks take work from busy ones. Results
-        do not depend on it.
+        do not depend on the decomposition.
 
     Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if the scene can
     be simulated but looks like a mistake, for example if bodies overlap at the start. `positions`,
@@ -120,9 +120,9 @@ class Simulation(_core.Simulation):
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
         """Advances the simulation and yields a Frame every 1/rate [s], from 0 to `duration` [s].
 
-        Positions, velocities, external forces, pins and obstacle poses may be assigned between
-        steps and between frames. A frame between two steps is interpolated. If the simulation has
-        already advanced, frames up to the current time are left out.
+        Positions, velocities, external forces, pins and obstacle poses may be assigned between two
+        frames. A frame at a time between two steps is interpolated. If the simulation has already
+        advanced, frames up to the current time are left out.
         """
         last = frame_count(duration, rate) - 1
         if self.communicator.rank == 0:
@@ -163,18 +163,18 @@ class Simulation(_core.Simulation):
             from those of existing pictures are refused, unless `overwrite` replaces the run.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
-        record_tasks : record the motion of surfaces in every n-th step for `loomstone replay`; 0:
-            in none
+        record_tasks : n, to record the motion of surfaces in every n-th step for `loomstone
+            replay`; 0, to record none
         compression : level of the deflate compression of frames, 0 (none) to 9. Compressed files
             are smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone.
 
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
-        that `loomstone resume` can continue a run without `control`. Raises CacheError if the
-        directory cannot be used, for example while another process writes a run into it.
-        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt (its `signal`
-        is the signal's number) once a checkpoint is written; after a second Ctrl-C, at once.
+        that `loomstone resume` can continue the run if it has no `control`. Raises CacheError if
+        the directory cannot be used, for example while another process writes a run into it.
+        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt (`signal`: the
+        number) once a checkpoint is written or after 10 s, and at once after a further Ctrl-C.
         """
         look = _look(render, Path(out) if resume else None)
         _check_type("compression", compression, (int, np.integer))

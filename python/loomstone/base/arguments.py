@@ -49,7 +49,7 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
 def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorates a public function or dataclass so that its arguments may carry units.
 
-    units : unit of each parameter that accepts quantities, by its name; "1" for pure numbers.
+    units : unit of each parameter that accepts quantities, as parameter=unit; "1" for pure numbers.
         Quantities are converted to this unit. Quantities of another dimension raise InvalidInput.
 
     Arguments annotated as TriangleMesh may also be meshes of trimesh or meshio.

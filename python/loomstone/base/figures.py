@@ -27,7 +27,7 @@ def new_figure(size: tuple[float, float]) -> Any:
 
 
 def save_figure(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
-    """Writes a figure, as PNG if its path has no suffix, and returns its path.
+    """Writes a figure to `path`, with .png added if it has no suffix, and returns the path written.
 
     Raises CacheError if the figure cannot be written.
     """

@@ -59,8 +59,8 @@ def plot(
     limits, and the sweeps of strain limiting. `--what parallel` compares runs of a scene on
     different numbers of ranks, and shows the predictions of `loomstone replay`. It averages runs
     that have the same number of ranks and the same decomposition. `force` plots the force of one
-    magnet on another against the gap between them. `torque` plots the torque against the angle by
-    which one of them is turned.
+    magnet on another against the gap between them. `torque` plots the torque on one of them against
+    the angle by which it is turned.
 
     \b
         loomstone plot out/drape --what stages

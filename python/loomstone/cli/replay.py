@@ -36,9 +36,9 @@ def replay(
     """Predicts the time of collision searches on many ranks.
 
     Uses the motions that `loomstone run --record-tasks` has recorded. Measures each search on one
-    thread, and simulates how ranks share it. Prints means over the recorded steps: the time, the
-    part of it in which ranks exchange data, the efficiency (time on one rank over the sum of times
-    of all ranks), and the numbers of transferred tasks and refused requests. Writes replay.csv.
+    thread, and simulates how ranks share it. Prints the mean time per step, the part of this time
+    in which ranks exchange data, the efficiency (time on one rank over the sum of the times of all
+    ranks), and mean numbers of transferred tasks and refused requests. Writes replay.csv.
 
     \b
         loomstone run scenes/drape.py --record-tasks 20

@@ -1,4 +1,4 @@
-"""Reads the meshes of a glTF 2.0 file over time: skins, morph targets and moving nodes."""
+"""Reads the meshes of a glTF 2.0 file over time, moved by skins, morph targets and nodes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def read_gltf(
     """Returns the meshes of the default scene over an animation, and the times [s] from its start.
 
     rate : samples per second [1/s]; None: 60
-    animation : names of the animations; an empty list: the only one; None: the rest pose
+    animation : names of animations that run at the same time; an empty list: the only animation of
+        the file; None: only the rest pose
     """
     try:
         return _sampled(GltfFile(path), rate, animation)
@@ -93,7 +94,9 @@ class _Shape:
         return _moved(points, self._matrices(poses))
 
     def triangles_in(self, poses: dict[int, Floats]) -> Indices:
-        """Returns the triangles, reversed if there is no skin and the pose has a reflection."""
+        """Returns the triangles, with reversed corners if there is no skin and the node's transform
+        includes a reflection.
+        """
         mirrored = self.skin is None and np.linalg.det(poses[self.node][:3, :3]) < 0.0
         return self.triangles[:, ::-1] if mirrored else self.triangles
 
@@ -149,9 +152,9 @@ def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indice
 
 
 def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int64], Floats]:
-    """Returns the joints (n x k) of each vertex, and their weights (n x k).
+    """Returns the joints of each vertex, as indices into the joints of the skin, and their weights.
 
-    If the weights of a vertex have a positive sum, they are scaled to the sum 1.
+    Both are (n x k). If the weights of a vertex have a positive sum, they are scaled to the sum 1.
     """
     joints, shares = [], []
     for number in range(8):
@@ -169,7 +172,10 @@ def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int6
 
 
 def _skin(file: GltfFile, index: int, name: str) -> tuple[list[int], Floats]:
-    """Returns the nodes of the joints of a skin and their inverse bind matrices (j x 4 x 4)."""
+    """Returns the node index and the inverse bind matrix (4 x 4) of each of the j joints of a skin.
+
+    The matrices are one array (j x 4 x 4).
+    """
     skin = file.item("skins", index, repr(name))
     for joint in skin.joints:
         file.item("nodes", joint, f"the skin of {name!r}")
@@ -189,7 +195,10 @@ def _shapes(file: GltfFile) -> list[_Shape]:
 
 
 def _tree(file: GltfFile) -> list[tuple[int, int | None]]:
-    """Returns the nodes of the default scene with their parents, parents first."""
+    """Returns pairs (node, parent) of indices for all nodes of the default scene, parents first.
+
+    The parent of a root is None. If the file names no default scene, its first scene is used.
+    """
     content = file.content
     if not content.scenes:
         return []

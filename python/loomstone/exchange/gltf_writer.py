@@ -1,9 +1,9 @@
 """Writes glTF 2.0: deforming surfaces as morph targets, rigid ones as animated nodes.
 
 glTF has y up, so a root node rotates the scene; all other data have z up. Each frame after the
-first is a morph target, and linearly interpolated weights select it at its time. Vertices that need
-several uv or normals are repeated after all others, so each mesh begins with the vertices of its
-surface in their order.
+first is a morph target of every deforming surface, and linearly interpolated weights select it at
+the time of the frame. Vertices that need several uv or normals are repeated. The copies follow all
+other vertices, so each mesh begins with the vertices of the surface's triangles, in their order.
 """
 
 from __future__ import annotations
@@ -131,7 +131,10 @@ class _Document:
                     primitive.targets.append(target)
 
     def finished(self, clip: Clip) -> Any:
-        """Adds the animation, if anything moves, and returns the document."""
+        """Completes and returns the document.
+
+        It has an animation if there are several frames and a surface that is not still.
+        """
         gltf, made, count = self._gltf, self._made, len(clip)
         if count > 1 and (self._deforming or self._rigid):
             animation = gltf.Animation(name="run", samplers=[], channels=[])
@@ -182,7 +185,7 @@ class _Document:
         return len(made.materials) - 1
 
     def _texture(self, image: Bytes) -> int:
-        """Appends an image; returns the number of its texture."""
+        """Appends an image; returns the index of its texture."""
         gltf, made = self._gltf, self._made
         content = png_bytes(image)
         made.bufferViews.append(
@@ -197,7 +200,7 @@ class _Document:
     def _array(
         self, values: NDArray[Any], target: int | None = None, *, bounds: bool = False
     ) -> int:
-        """Appends an array to the buffer; returns the number of its accessor."""
+        """Appends an array to the buffer; returns the index of its accessor."""
         gltf, made = self._gltf, self._made
         columns = 1 if values.ndim == 1 else values.shape[1]
         view = gltf.BufferView(
@@ -219,10 +222,10 @@ class _Document:
 
 
 def _split(surface: Surface, motion: Motion, points: Floats) -> tuple[Indices, Indices, Floats]:
-    """Repeats vertices whose corners differ in uv or normals.
+    """Repeats vertices whose corners differ in uv or, if the surface is rigid, in normals.
 
-    Returns the vertex of the surface for each vertex of the file (k), the triangles of the file
-    (m x 3), and the normals at its vertices (k x 3).
+    Returns, for the mesh with the repeated vertices, the index of the surface's vertex at each
+    vertex (k), the triangles (m x 3), and the normals at the vertices (k x 3).
     """
     corner_vertex = surface.triangles.reshape(-1)
     keys = corner_vertex[:, None]

@@ -21,16 +21,20 @@ def library_name(surface: Surface) -> str:
 
 
 def material_ranges(surface: Surface) -> list[tuple[int, str]]:
-    """Returns the ranges of triangles with one material: first triangle and name of the material.
+    """Returns the ranges of consecutive triangles that have the same material.
 
-    A name appears again if the triangles of its material are not in one range.
+    Each range is a pair: the index of its first triangle, and the name of the material. A name
+    appears again if the triangles of its material are not in one range.
     """
     changes = np.flatnonzero(np.diff(surface.material, prepend=-1))
     return [(int(i), _name(surface, int(surface.material[i]))) for i in changes]
 
 
 def write_materials(directory: Path, surface: Surface) -> list[Path]:
-    """Writes NAME.mtl and, for a surface with a texture, NAME.png; returns their paths."""
+    """Writes NAME.mtl and, for a surface with a texture, NAME.png; returns their paths.
+
+    NAME is the identifier of the surface.
+    """
     lines = ["# written by loomstone; colours in linear RGB"]
     image = directory / f"{surface.identifier}.png"
     written = [directory / library_name(surface)]

@@ -12,8 +12,8 @@ from .surfaces import Floats, Surface
 
 __all__ = ["Motion", "motions_of"]
 
-# Largest deviation of a coordinate from a rigid motion, as a fraction of the surface's size. It
-# allows for rounding to single precision.
+# Largest deviation of a coordinate from a rigid motion at which a surface counts as rigid, as a
+# fraction of the longest edge of its bounding box. It allows for rounding to single precision.
 _RIGID = 1e-6
 
 
@@ -30,12 +30,15 @@ class Motion:
 
     @property
     def local(self) -> Floats:
-        """(n x 3) vertices of the first frame relative to their centre [m]."""
+        """(n x 3) vertices of the first frame relative to `centre` [m]."""
         return self.first - self.centre
 
     @property
     def quaternions(self) -> Floats:
-        """(f x 4) rotations as x, y, z, w, with signs for interpolation along the shorter arc."""
+        """(f x 4) `rotations` as quaternions x, y, z, w.
+
+        Their signs are chosen so that interpolation between frames follows the shorter arc.
+        """
         from scipy.spatial.transform import Rotation
 
         q: Floats = Rotation.from_matrix(self.rotations).as_quat()

@@ -47,6 +47,7 @@ def sample_times(path: Path, length: float, rate: float) -> Floats:
             f"{path}: must have at most {_MOST} samples, but {length:g} s at {rate:g} per second"
             " have more; give a lower rate"
         )
-    # Times in glTF files have single precision, so the last sample may lie a little after the end.
+    # Times in glTF files have single precision, so `length` can be slightly too short. A sample at
+    # most 1e-3 of an interval after `length` is therefore included.
     times = np.arange(1 + int(np.floor(length * rate + 1e-3))) / rate
     return times if len(times) > 1 or length == 0.0 else np.array([0.0, length])

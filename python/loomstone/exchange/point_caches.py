@@ -25,7 +25,7 @@ _TYPES = {".pc2": "<f4", ".mdd": ">f4"}
 def pc2_header(points: int, first: float, step: float, samples: int) -> bytes:
     """Returns the header of a .pc2 file.
 
-    first : number of the first frame
+    first : index of the first frame
     step : frames per sample
     """
     return (

@@ -29,7 +29,7 @@ def selected(count: int, frames: range | None, every: int) -> range:
     """Returns every `every`-th of the given frames (None: all) of a run that has `count` frames.
 
     Raises CacheError if the run has no frames, and InvalidInput if `frames` is not an ascending
-    range of indices of its frames or `every` is out of range.
+    range of indices of the run's frames or `every` is not in [1, 1,000,000].
     """
     if count == 0:
         raise CacheError("the run must have frames, but has none yet; export it later")

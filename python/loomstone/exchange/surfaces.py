@@ -113,7 +113,7 @@ def texture_at_vertices(surface: Surface) -> Bytes | None:
 def vertex_colors(surface: Surface) -> Bytes:
     """Returns colours (n x 3) of the vertices in sRGB.
 
-    Without a texture, the colour of a vertex is the mean over its triangles.
+    Without a texture, the colour of a vertex is the mean colour of its triangles in linear RGB.
     """
     shown = texture_at_vertices(surface)
     if shown is not None:
@@ -212,7 +212,7 @@ def _rows(owner: NDArray[Any], index: int) -> slice:
 
 
 def _uv_table(triangles: Indices, corner_uv: Floats) -> tuple[Floats, Indices]:
-    """Returns the uv (k x 2) and, for each triangle, the indices of its uv (m x 3).
+    """Returns a table of uv (k x 2) and, for the corners of each triangle, its rows (m x 3).
 
     Corners of the same vertex with the same uv share a row. The rows are ordered by vertex.
     """

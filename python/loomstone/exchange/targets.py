@@ -33,7 +33,7 @@ def check_free(path: Path, *, overwrite: bool) -> None:
 
 @contextmanager
 def unfinished(path: Path, *, size: int) -> Iterator[Path]:
-    """Yields the path of a file that replaces `path` when it is complete.
+    """Yields the path at which to write a file. Once complete, this file replaces `path`.
 
     If writing fails, the unfinished file is removed, and an OSError becomes a CacheError.
 
@@ -87,7 +87,9 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> None:
-    """Removes the files NAME.SUFFIX and NAME-NUMBER.SUFFIX of an earlier export."""
+    """Removes the files of an earlier export: a name and a suffix, possibly with a number between
+    them, such as "dress.obj" and "dress-00012.obj" for the name "dress" and the suffix ".obj".
+    """
     wanted = re.compile(
         rf"({'|'.join(map(re.escape, names))})(-\d+)?({'|'.join(map(re.escape, suffixes))})"
     )

@@ -57,8 +57,9 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 def serve() -> None:
     """Reads a USD file in the separate process.
 
-    The last argument of the process names this file, and the file to which serve() writes the parts
-    and their times, or the error.
+    The last argument of the process is a JSON list: the path of this file, the path to show in
+    errors, the arguments `rate` and `moving` of read_usd(), and the path of the .npz file to which
+    serve() writes the parts and the times of their frames, or the error.
     """
     from .usd_reader import read_usd
 

@@ -67,7 +67,7 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 
 
 def _visible(stage: Any) -> Any:
-    """Yields the visible prims except guides and proxies; includes those in instances."""
+    """Yields all prims that are not invisible, guides or proxies, also the prims in instances."""
     usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
     hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
     for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
@@ -81,7 +81,10 @@ def _visible(stage: Any) -> Any:
 
 
 def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
-    """Replaces skins by points within the range of time codes, in a layer that is not saved."""
+    """Checks skins, and replaces them by moving points in a layer that is not saved.
+
+    codes : ascending time codes; the first and the last bound the range that is replaced
+    """
     skel, gf = imported("pxr.UsdSkel", path), imported("pxr.Gf", path)
     skinned = False
     for prim in stage.Traverse():
@@ -164,7 +167,7 @@ def _part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
 
 
 def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: int) -> Indices:
-    """Splits polygons into fans of triangles around their first corner."""
+    """Splits polygons into fans of triangles, each around the first corner of its polygon."""
     if (
         np.any(counts < 0)
         or counts.sum() != len(corners)

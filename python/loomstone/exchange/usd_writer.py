@@ -1,6 +1,6 @@
 """Writes USD: deforming surfaces as time samples of points, rigid ones as transforms.
 
-The stage is in metres with z up. A time code is the number of a frame of the run, and
+The stage is in metres with z up. A time code is the index of a frame of the run, and
 timeCodesPerSecond is the rate of the run. The textures are PNG files in the stage's directory.
 """
 
@@ -94,7 +94,10 @@ def _set_uv(mesh: Any, surface: Surface) -> None:
 
 
 def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
-    """Binds one material to the mesh, or one to each group of triangles with the same colour."""
+    """Binds one material to the mesh, or one to the triangles of each colour if there are several.
+
+    Also sets the display colour of the mesh to the first colour.
+    """
     geometry, shade = imported("pxr.UsdGeom", "usd"), imported("pxr.UsdShade", "usd")
     vt = imported("pxr.Vt", "usd")
     mesh.CreateDisplayColorAttr(_vectors(surface.colors[:1]))

@@ -58,9 +58,9 @@ def fit(
     shear_limit : largest e12 [1]; None: the value at `load`
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
-    numbers, strain does not increase, fewer than four points up to the limit differ from 0, or
-    `load` is never reached. Without bending curves, the material has the default bending
-    rigidities.
+    numbers, strain does not increase, fewer than four points up to the limit have a strain other
+    than 0, or `load` is never reached. Without bending curves, the material has the default bending
+    rigidities of ClothMaterial.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)

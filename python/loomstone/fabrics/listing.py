@@ -1,4 +1,4 @@
-"""The fabrics as a text table or as JSON."""
+"""The fabrics of loomstone.fabrics as a text table or as JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADER = (
 
 
 def fabrics_text() -> str:
-    """Returns a table with one line per fabric, followed by the sources."""
+    """Returns a table with one line per fabric, followed by the sources of the numbers."""
     sources = list(dict.fromkeys(fabric.source for fabric in catalogue.values()))
     lines = [
         HEADER,

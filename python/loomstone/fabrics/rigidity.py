@@ -7,7 +7,8 @@ strip at the angle a to weft has the rigidity B(a) with
     1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
 
 [Lekhnitskii1968]. `bending_from_strips` solves this for strips along weft, along warp and on the
-bias (45 degrees), which give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12.
+bias (45 degrees). They give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12. S12 is minus the
+given Poisson ratio times S11.
 
 Without a strip on the bias, the twisting rigidity is that of Huber's orthotropic plate, D33 =
 (sqrt(D11 D22) - D12) / 2 [Huber1923], which is also the default of ClothMaterial. This relation is
@@ -39,7 +40,7 @@ def bending_from_strips(
     weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or
         quantities with a unit. Without `bias`, the twisting rigidity is estimated from weft and
         warp by Huber's relation for orthotropic plates, (sqrt(D11 D22) - D12) / 2. For the fabrics
-        of ls.fabrics, this gives 0.72 to 1.29 times their rigidity on the bias.
+        of ls.fabrics, strips on the bias then have 0.72 to 1.29 times their tabulated rigidity.
     poisson : Poisson ratio of bending: minus the ratio of transverse to longitudinal curvature of a
         strip along weft [1]; near 0 for fabrics
 

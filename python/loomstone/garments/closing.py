@@ -1,4 +1,4 @@
-"""Sewing by simulation: forces close the seams of panels, whose vertices are then welded."""
+"""Sewing by simulation: forces close the seams of panels. The joined vertices are then welded."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def close_seams(
 ) -> Garment:
     """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
-    pattern : its panels may touch one another along seams only, and must not touch obstacles
+    pattern : its panels, as placed, may touch one another along seams only, but no obstacles
     places : placements by panel name, which replace those of the pattern
     obstacles : surfaces with which the panels collide, such as the wearer's body
     material : material of the panels during sewing; default: 300 N/m (75 in shear), 0.2 kg/m^2
@@ -97,7 +97,10 @@ def close_seams(
 
 
 def _simulation(scene: Scene, step: float, threads: int) -> Simulation:
-    """Builds the simulation of sewing. Warnings are ignored, since panels touch at closed seams."""
+    """Builds the simulation of sewing.
+
+    Warnings about the scene are ignored, since panels touch at seams that are closed at the start.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)
         return Simulation(scene, integrator=SemiImplicitEuler(step=step), threads=threads)
@@ -115,8 +118,8 @@ def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Time step [s] and longest simulated time [s] of sewing, and the mean edge [m], by which gaps
-    are divided.
+    """Time step [s] and longest simulated time [s] of sewing, and the mean edge of the mesh [m], to
+    which gaps are compared.
     """
 
     step: float
@@ -136,8 +139,8 @@ def _pulled(
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
-    # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable. n
-    # is the larger of the numbers of springs at the two vertices.
+    # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable. At
+    # one of the two vertices n springs meet, at the other no more than n.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

@@ -1,4 +1,4 @@
-"""Triangulates panels for sewing, with equal numbers of points on both edges of a seam."""
+"""Triangulates panels for sewing, with equal numbers of points on the two edges of each seam."""
 
 from __future__ import annotations
 

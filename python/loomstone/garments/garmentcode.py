@@ -28,7 +28,7 @@ __all__ = ["read_garmentcode"]
 
 Floats = NDArray[np.float64]
 
-# Rotates y, which points up in the file, to z. The front, which faces z in the file, faces -y.
+# Rotates y, which points up in the file, to z. The front, which faces z in the file, then faces -y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -36,7 +36,7 @@ UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
     """Reads panels, seams and placements of a GarmentCode specification.
 
-    Edges are named "edge_0", "edge_1" and so on, by their index in the file. An edge in two
+    Edges are named "edge_0", "edge_1" and so on, by their index in the panel. An edge in two
     stitches, which would join three layers, is refused when the pattern is sewn. Raises CacheError
     if the file cannot be read, and InvalidInput naming the file if its content is missing or
     malformed.

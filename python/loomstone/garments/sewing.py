@@ -171,7 +171,7 @@ def garment(
 def _spacing(
     pattern: Pattern, triangles: int | None, edge: float | None
 ) -> tuple[float, int | None]:
-    """Returns the edge length [m], and the number of triangles, or None if `edge` is given."""
+    """Returns the edge length [m] and the number of triangles (None if `edge` is given)."""
     if (triangles is None) == (edge is None):
         raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
     if edge is not None:

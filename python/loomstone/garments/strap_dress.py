@@ -53,8 +53,8 @@ def dress(
     """
     count = whole("triangles", triangles, 200, 10_000_000)
     pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
-    # Mesh edges of this length are chords of the strap's path over the bar. The path is raised, so
-    # that these chords do not cut into the bar.
+    # Mesh edges of the length `edge` are chords of the straps' path over the bar. In the second
+    # pattern, this path is higher, so that the chords do not cut into the bar.
     edge = edge_for(sum(panel.area for panel in pattern.panels), count)
     pattern = dress_pattern(
         bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge

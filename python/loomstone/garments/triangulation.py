@@ -87,7 +87,7 @@ def triangulated(
         faces = _faces(points, boundary)
         moved = centres(points, faces)
         # Next to the boundary, the triangles around a point need not form a convex region, and
-        # their centroid may lie outside the piece. Such points do not move.
+        # their centroid may lie outside the piece. The point then does not move.
         beside = np.unique(faces[(faces < fixed).any(1)])
         outside = beside[~boundary.contains(moved[beside])]
         moved[outside] = points[outside]

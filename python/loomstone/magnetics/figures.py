@@ -56,9 +56,10 @@ def force_over_distance(
     axis: ArrayLike = (0.0, 0.0, 1.0),
     tolerance: float = 1e-4,
 ) -> ForceCurve:
-    """Returns force and torque on a body that is moved along an axis (3) by `distances` (n) [m].
+    """Returns the forces and torques that `by` exerts on `on`.
 
-    The tolerance and the errors raised are those of `force`.
+    `on` is moved from its pose along an axis (3) by each of the `distances` (n) [m]. The tolerance
+    and the errors raised are those of `force`.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
@@ -83,10 +84,10 @@ def torque_over_angle(
     axis: ArrayLike = (1.0, 0.0, 0.0),
     tolerance: float = 1e-4,
 ) -> ForceCurve:
-    """Returns force and torque on a body turned by `angles` (n) [rad].
+    """Returns the forces and torques that `by` exerts on `on`.
 
-    The axis of rotation `axis` (3) passes through the centre of the body. The tolerance and the
-    errors raised are those of `force`.
+    `on` is turned from its pose by each of the `angles` (n) [rad] about an axis (3) through its
+    centre. The tolerance and the errors raised are those of `force`.
     """
     about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))

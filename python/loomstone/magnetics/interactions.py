@@ -66,10 +66,10 @@ def force(
     `error` [N] estimates the error of the force, or of torque / radius if that is larger. It
     exceeds the requested error if 2,000,000 evaluations of the field do not suffice. For induced
     bodies it includes the error of their charge, which is estimated for cuboids and cylinders by
-    comparing their grids, and for spheres from the last two degrees of their series. Near magnets
-    (see `soft_cuboid`) and between cuboids that magnetise each other, the estimate is between half
-    and ten times the true error in nine of ten cases (for spheres, if the degree is at least 3). It
-    is nan for induced meshes, which have only one grid.
+    comparing their grids, and for spheres from the last two degrees of their series. For an induced
+    body near a magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each
+    other, the estimate is between half and ten times the true error in nine of ten cases (for
+    spheres, if the degree is at least 3). It is nan for induced meshes, which have only one grid.
 
     engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
     has no effect on the result, and overlap is not detected. The error is estimated by comparison
@@ -92,8 +92,8 @@ def force(
     fine = _force(on, by, tolerance, engine, density)
     if density is None:
         return fine
-    # The error of cells of half the width is usually at most half as large. The difference of the
-    # two results therefore estimates the error of the finer one. The factor of two is a margin.
+    # Halving the width of the cells usually at least halves the error. The difference of the two
+    # results is then at least the error of the finer one. The factor of two is a margin.
     coarse = _force(on, by, tolerance, engine, density / 8)
     force_error = np.linalg.norm(fine.force - coarse.force)
     torque_error = np.linalg.norm(fine.torque - coarse.torque) / on.radius
@@ -133,8 +133,8 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> float:
     """Returns the interaction energy of magnets [J], which vanishes at infinite distance.
 
-    It is minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
-    Forces are its negative derivatives with respect to positions at constant magnetisation.
+    It is minus the sum over pairs of the integral of M.B over one magnet, where B is the field of
+    the other. Forces are its negative derivatives with respect to positions at constant M.
     tolerance [1]: error relative to the energy of each pair or, if that is larger, to 1e-3 mu0 m1
     m2 / (4 pi r^3) with the moments m1 and m2 and the sum r of both radii. The energy of an induced
     body is that of its charge in the potential of the magnet, and does not depend on the tolerance.
@@ -155,9 +155,10 @@ def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e
     """Returns the mutual inductance of two loops or solenoids with one ampere per turn [H].
 
     For bodies made with other currents, the result is multiplied by the product of these currents.
-    tolerance [1]: error relative to the integral of the vector potential's norm along the winding.
-    The error can be larger if the windings touch. Raises InvalidInput for other bodies, and for two
-    loops that coincide, because the inductance of infinitely thin wire is infinite.
+    tolerance [1]: error relative to the integral, along one winding, of the norm of the vector
+    potential of the other. The error can be larger if the windings touch. Raises InvalidInput for
+    other bodies, and for two loops that coincide, because the inductance of infinitely thin wire is
+    infinite.
 
     >>> import loomstone as ls
     >>> a, b = (ls.magnetics.loop(radius=radius, current=1.0) for radius in (0.1, 0.01))

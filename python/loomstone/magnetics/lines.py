@@ -94,9 +94,9 @@ def field_lines(
 def curves_of(found: FieldLines, radius: float) -> Curves:
     """Returns field lines as tubes of a given radius [m] for the renderer.
 
-    Values for colouring are 1 (red) where a line leaves a body, or a seed if it is traced in one
-    direction; -1 (blue) where it enters a body; and 0 (yellow) at other ends and on closed lines.
-    They change linearly along a line.
+    Values for colouring are 1 (red) where a line leaves a body, or at its seed if it is traced only
+    in the direction of B; -1 (blue) where it enters a body; and 0 (yellow) at other ends and on
+    closed lines. Between the two ends of a line, they change linearly with the length along it.
     """
     values = []
     for points, begin, end in zip(found.lines, found.begins, found.ends, strict=True):
@@ -119,8 +119,8 @@ def frame_lines(
     magnets = simulation.magnets(frame)
     if not magnets or (not np.any(uniform) and _is_weak(magnets)):
         return None
-    # Lines of this length can leave the ball of radius `extent`. A line that circles a current and
-    # never closes is cut off before it forms a thick bundle.
+    # A line of this length can leave the ball that bounds lines in field_lines(). A line that
+    # circles a current and never closes is cut off before it forms a thick bundle.
     length = 6.0 * _size(magnets)
     return field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=length, threads=1)
 
@@ -144,7 +144,7 @@ def _size(magnets: list[Any]) -> float:
 
 
 def _is_weak(magnets: list[Any]) -> bool:
-    """Returns whether the components of B are below WEAK at two points near each magnet."""
+    """Returns whether all components of B are within +-WEAK at two points near each magnet."""
     directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
     beside = np.concatenate([m.position + 1.2 * m.radius * directions for m in magnets])
     return bool(np.abs(field(magnets, beside, threads=1)).max() < WEAK)

@@ -21,7 +21,8 @@ __all__ = ["Induced", "induce", "soft_cuboid", "soft_cylinder", "soft_mesh", "so
 
 class Induced(NamedTuple):
     """Magnetised bodies in the given order, with the relative residual of the linear system and
-    the total number of GMRES iterations. Both are 0 for a single body or the explicit response.
+    the total number of GMRES iterations. For a single body and for the explicit response, residual
+    and iterations are 0.
     """
 
     bodies: list[MagneticBody]
@@ -65,10 +66,10 @@ def soft_cuboid(
     edges, where the charge is singular. The responses of three grids are extrapolated. If the edges
     are in a ratio of at most 10 : 5 : 1 and the gap to the magnet is at least a tenth of the
     shortest edge, the relative error of force and torque is below 1e-3 with 16 cells and 1e-4 with
-    24. The median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. Between
-    flat cuboids that magnetise each other, the error with 16 cells reaches 2.2e-3 at a gap of a
-    tenth of the shortest edge; from three tenths on it is below 1e-3. On wider plates, panels grow
-    towards the middle, and a magnet near the middle requires a focus.
+    24. The median errors are 1e-5 with 16 cells and 4e-6 with 24, and `force` estimates the error
+    of each result. Between flat cuboids that magnetise each other, the error with 16 cells reaches
+    2.2e-3 at a gap of a tenth of the shortest edge; from three tenths on it is below 1e-3. If edges
+    have larger ratios, panels grow towards the middle, and a magnet there requires a focus.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
@@ -169,19 +170,19 @@ def induce(
     """Magnetises bodies by magnets and currents, by a uniform field and by one another.
 
     by: magnets and currents. field (3): uniform flux density [T]. tolerance [1]: relative residual
-    of the linear system. For spheres with degree 0, it is also the approximate relative error of
-    the force due to the degree that is chosen. The returned bodies have fields and forces like
-    magnets. A uniform field exerts the additional torque moment x B on them.
-    The axes of returned spheres may differ from those given. Inside bodies with panels, the
-    function `field` returns only the contribution mu0 H of their charge to B.
+    of the linear system. For spheres with degree 0, the degree is chosen so that the relative error
+    of the force that it causes is about `tolerance`, too. The returned bodies have fields and
+    forces like magnets. A uniform field exerts the additional torque moment x B on them. The axes
+    of returned spheres may differ from those given. Inside bodies with panels, the function `field`
+    returns only the contribution mu0 H of their charge to B.
 
     The volume means of M and H in a body with saturation J_s = mu0 M_s obey M = chi H / (1 + chi
     |H| / M_s), as if its susceptibility were chi (1 - |M| / M_s) everywhere.
 
     response "explicit": the method of [Thomaszewski2010]. Dipole cells of `density` [1/m^3] respond
     to `by` and `field` alone, as isolated spheres do; those of a superconductor respond with M = -B
-    / mu0. For chi >> 1, the force of a cube magnet on an equal cube is 12 % too large at a gap of
-    one edge, and 37 % at a quarter.
+    / mu0. For chi >> 1, the force of a cube magnet on a soft cube of equal size is 12 % too large
+    at a gap of one edge, and 37 % at a gap of a quarter of an edge.
 
     threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. The mutual
     response raises InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.

@@ -24,7 +24,7 @@ def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
 def quality(mesh: TriangleMesh) -> dict[str, float]:
     """Returns smallest and median angle [degrees], and the ratio of largest to smallest area [1].
 
-    The median is taken over the smallest angles of all triangles.
+    The median is that of the smallest angle of each triangle.
     """
     corners = mesh.vertices[mesh.triangles]
     sides = np.roll(corners, -1, 1) - corners

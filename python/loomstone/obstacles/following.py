@@ -20,8 +20,9 @@ __all__ = ["follow"]
 
 Floats = NDArray[np.float64]
 _PATCH = 32  # number of triangles of a patch
-# Smallest value of the factor by which distance reduces a weight. It keeps the sum of weights
-# positive where all triangles of a patch are equally far away, as in the fan at a pole of a sphere.
+# Smallest value of the factor in a triangle's weight that decreases with the distance from the
+# point. It keeps the sum of weights positive where all triangles of a patch are equally far away,
+# as in the fan at a pole of a sphere.
 _FLOOR = 1e-6
 
 

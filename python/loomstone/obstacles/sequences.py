@@ -112,7 +112,7 @@ def _moments(
 
 
 def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
-    """Returns the files of a list, or the files of a pattern in the order of their numbers."""
+    """Returns the files of a list, or the files that match a pattern, ordered by their numbers."""
     if not isinstance(source, (str, os.PathLike)):
         return [Path(path) for path in source]
     found = glob.glob(os.fspath(source))

@@ -39,14 +39,14 @@ def mesh(
     mesh : surface in its own frame. Without keyframes, its origin is placed at `centre` [m].
     times : (k) times of keyframes [s], ascending
     positions : (k x 3) positions of the mesh's origin [m]; default: `centre` at all times
-    axis_angles : (k x 3) rotation vectors at these times [rad]
+    axis_angles : (k x 3) rotation vectors at the times of the keyframes [rad]
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures
 
     Without `times`, the vertices themselves are moved by `centre`, and the frame of the obstacle is
-    the world frame, so magnets on it are placed relative to the world's origin. With a single
-    keyframe, the frame of the obstacle has the pose of the keyframe, and magnets on it are placed
+    the world frame, so magnets on it are placed relative to the world's origin. With keyframes,
+    even with a single one, the frame of the obstacle follows them, and magnets on it are placed
     relative to this frame.
 
     Raises InvalidInput if positions or axis_angles are given without times.
@@ -74,7 +74,10 @@ def mesh(
 
 
 def _named(surface: TriangleMesh, name: str | None, default: str, **settings: Any) -> Obstacle:
-    """Returns an obstacle. Scenes append a number to its default name if that is taken."""
+    """Returns an obstacle called `name` or, if that is None, `default`.
+
+    Scenes append a number to the default name if another surface has it.
+    """
     obstacle = mesh(surface, name=default if name is None else name, **settings)
     return obstacle.replace(numbered=name is None)
 

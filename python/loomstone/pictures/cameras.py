@@ -21,7 +21,7 @@ def fitted_camera(
     """Returns a camera that shows the surfaces of all chosen frames as large as possible.
 
     Floors and hidden surfaces do not count. The direction of view and the field of view are those
-    of `options.camera`, and the shape of the picture is that of `options`.
+    of `options.camera`, and the aspect ratio of the picture is that of `options`.
 
     frames : indices of the chosen frames; None: all frames
 

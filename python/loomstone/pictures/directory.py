@@ -74,9 +74,10 @@ def claim(
     Returns the content of its options.json.
 
     metadata : text of the metadata that the run has stored
-    again : whether existing pictures are deleted. Otherwise, an options.json of another run or with
-        other options causes an InvalidInput that ends with `advice`, and so do pictures or a video
-        without options.json.
+    again : whether existing pictures are deleted. Otherwise, InvalidInput is raised if options.json
+        belongs to another run or has other options, or if there are pictures or a video, but no
+        valid options.json.
+    advice : end of the message of this InvalidInput
     """
     make_directory(directory)
     wanted = {

@@ -141,7 +141,10 @@ def painter_of(
     ranges: Ranges | None,
     simulation: Any = None,
 ) -> Painter:
-    """Returns the painter of a run's frames; `ranges` and `simulation` are as in Painter."""
+    """Returns the painter of a run's frames; `ranges` are the `value_ranges` of Painter.
+
+    simulation : source of the magnets for field lines; None: made from the run's stored magnets
+    """
     if options.field_lines and simulation is None:
         scene = run.magnetic_scene()
         simulation = _core.Simulation(scene, threads=1) if scene else None

@@ -17,15 +17,15 @@ _topologies: weakref.WeakKeyDictionary[Frame, FrameTopology] = weakref.WeakKeyDi
 
 
 def remember(frame: Frame, topology: FrameTopology) -> Frame:
-    """Records the topology of a frame, so that a notebook can draw it, and returns the frame."""
+    """Records the topology of a frame, so that a notebook can draw the frame; returns the frame."""
     _topologies[frame] = topology
     return frame
 
 
 def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> bytes | None:
-    """Returns a picture (PNG), or None if the frame cannot be drawn.
+    """Returns a picture (PNG) of a frame; None if its topology is unknown or it cannot be drawn.
 
-    topology : topology of the frame; None: that recorded by `remember`
+    topology : topology of the frame; None: the one recorded by `remember`, if any
     """
     known = topology or _topologies.get(frame)
     if known is None:

@@ -40,8 +40,8 @@ def colors_need_all_frames(options: RenderOptions) -> bool:
 class Painter:
     """Draws frames of one run. With `first`, no picture depends on the frames drawn before it.
 
-    first : frame that determines a fitted camera and the scale of shading; None: the first frame
-        drawn
+    first : frame that determines the region of a fitted camera, the scale of shading and the sharp
+        edges of bodies; None: the first frame drawn
     lines : number of field lines, 0: none
     simulation : simulation of the scene, which provides the magnets; needed for field lines
     value_ranges : for each field of color_by, the (minimum, maximum) that automatic colours span;
@@ -73,7 +73,7 @@ class Painter:
     def surfaces(
         self, frame: Frame
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]:
-        """Returns depth, normals and numbers of the visible surfaces, as Renderer.surfaces does."""
+        """Returns depth, normal and surface number of each pixel, as Renderer.surfaces does."""
         return self._renderer.surfaces(frame, self._curves(frame))
 
     def _curves(self, frame: Frame) -> Curves | None:

@@ -39,7 +39,7 @@ class Replayed:
 class ParallelRun:
     """How the ranks of one run shared its work.
 
-    name : path of its directory
+    name : path of the directory of the run
     frames (f) : times of the frames after the first [s]
     collision, collision_waiting (f) : for each of these frames, the wall time of collision handling
         in the steps since the preceding frame, and the part of it in which a rank communicates or
@@ -90,12 +90,13 @@ def plot_parallel(
 
     Runs on the same number of ranks with the same decomposition are averaged. The upper row shows
     collision handling over time: the share of time in which ranks compute, the wall time per frame,
-    and the speed-up over the run on one rank. The lower row shows the time of all parts of a run,
-    the share of communication, and speed-ups: measured (filled) or replayed (open).
+    and the speed-up compared with one rank. The lower row shows the wall time of each part of a
+    run, the share of time in which ranks communicate or wait, and speed-ups: measured for collision
+    handling (filled) or replayed for collision searches (open).
 
     path : path of the picture; its suffix selects the format, and is .png by default
 
-    Raises InvalidInput if there are no runs, or if their numbers of frames differ.
+    Raises InvalidInput if there are no runs, or if the runs differ in their number of frames.
     """
     groups = _grouped(runs)
     alone = next((group for group in groups if group.ranks == 1), None)
@@ -141,7 +142,7 @@ def _grouped(runs: Sequence[ParallelRun]) -> list[_Group]:
 
 
 def _ratio(a: Array, b: Array) -> Array:
-    """Returns a / b, and nan where b is 0."""
+    """Returns a / b, or nan where b is not positive."""
     found: Array = np.full(np.shape(a), np.nan)
     np.divide(a, b, out=found, where=b > 0)
     return found
@@ -179,7 +180,7 @@ def _leave_empty(axes: Any, reason: str) -> None:
 
 
 def _draw_parts(axes: Any, groups: Sequence[_Group]) -> None:
-    """Draws the time of all parts of a run as stacked bars."""
+    """Draws the mean wall time of each part of a run, as one stacked bar for each group."""
     bottom = np.zeros(len(groups))
     places = np.arange(len(groups))
     for part, seconds in zip(PARTS, np.array([g.mean("parts") for g in groups]).T, strict=True):
@@ -197,7 +198,7 @@ def _draw_parts(axes: Any, groups: Sequence[_Group]) -> None:
 
 
 def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
-    """Draws the share of time in which ranks communicate or wait."""
+    """Draws the share of communication and waiting in whole steps and in collision handling."""
     places = np.arange(len(groups))
     collision = [
         g.mean("collision_waiting").sum() / max(g.mean("collision").sum(), 1e-300) for g in groups
@@ -215,7 +216,7 @@ def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
 def _draw_scaling(
     axes: Any, groups: Sequence[_Group], alone: _Group | None, runs: Sequence[ParallelRun]
 ) -> None:
-    """Draws the speed-up of collision handling over the number of ranks."""
+    """Plots speed-ups against the number of ranks: measured ones and replayed ones."""
     most = max(run.ranks for run in runs)
     for name, color in COLORS.items():
         measured = [group for group in groups if group.decomposition == name]

@@ -1,4 +1,4 @@
-"""Depth, normals and numbers of surfaces as OpenEXR files, for compositing."""
+"""Depth, normal and surface number of each pixel as OpenEXR files, for compositing."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def write_passes(
         depth (channel Z) : distance along the viewing direction [m]; infinity without a surface
         normal (channels R, G, B) : x, y and z of the unit normal in world axes, on the visible
             side; zero without a surface
-        id (channel id) : 0 without a surface. Cloths are numbered from 1, followed by bodies and
-            obstacles in the order of the scene, and by field lines as the last number. The
-            attribute `surfaces` has their names.
+        id (channel id) : number of the visible surface; 0 without a surface. Cloths are numbered
+            from 1, followed by bodies and obstacles in the order of the scene. All field lines
+            share the last number. The attribute `surfaces` of a file lists the numbers with names.
     out : directory of the files, by default `passes` in the run's directory
     frames : indices of frames; None: all frames
     progress : function called with the number of frames finished since its last call
 
-    Raises InvalidInput for another name of a pass, and Unsupported without the package OpenEXR.
+    Raises InvalidInput for an unknown pass, and Unsupported without the package OpenEXR.
     """
     check_frames(run, frames)
     if unknown := [name for name in passes if name not in PASSES]:

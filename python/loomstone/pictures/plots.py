@@ -25,8 +25,8 @@ LEAST_SHARE = 1e-3
 # Energies up to this fraction of the largest count as rounding errors and are left out. Our choice.
 ROUNDING = 1e-12
 
-# Cloth counts as hardly moving if its largest kinetic energy is less than this fraction of the work
-# of scripts.
+# A scene counts as hardly moving if its largest kinetic energy is less than this fraction of the
+# work of scripts.
 STILL = 1e-3
 
 # Width and height of a figure without its legend, and height of a row of the legend [inches].
@@ -74,11 +74,11 @@ def plot_steps(
     kind : energy, stages, contacts, stretch, strain, iterations or step
     title : title of the picture, for instance the name of the run
 
-    Energies below 1e-12 of the largest and stages that take less than 0.1 % of the time are left
-    out, and so are curves of contacts, strains and iterations that are always 0.
+    Energies of at most 1e-12 of the largest and stages that take at most 0.1 % of the time of all
+    stages are left out, and so are curves of contacts, strains and iterations that are always 0.
 
-    Raises InvalidInput for another kind or a table without the columns of strain, CacheError if the
-    picture cannot be written, and Unsupported without matplotlib.
+    Raises InvalidInput for an unknown kind or a table without the columns of strain, CacheError if
+    the picture cannot be written, and Unsupported without matplotlib.
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -109,8 +109,8 @@ def _add_legend(figure: Any, axes: Any) -> None:
 def scale_of_gains(largest_kinetic: float, scripts: float) -> tuple[float, str]:
     """Returns the energy with which gains of energy are compared [J], and its name.
 
-    It is the largest kinetic energy or, if cloth hardly moves while scripts press or stretch it,
-    the work of the scripts.
+    It is the largest kinetic energy or, if the scene hardly moves while scripts press or stretch
+    cloth, the magnitude of the work of the scripts.
     """
     if largest_kinetic < STILL * abs(scripts):
         return abs(scripts), "work of scripts"
@@ -146,7 +146,7 @@ def _energy(axes: Any, steps: Steps) -> None:
 
 
 def _lines(axes: Any, steps: Steps, names: list[str], least: float = 0.0, **style: Any) -> None:
-    """Plots the columns whose magnitude exceeds `least` at some time, with their names in words."""
+    """Plots the columns whose magnitude exceeds `least` at some time, labelled as in WORDS."""
     for name in names:
         if np.abs(steps[name]).max() > least:
             axes.plot(steps["time"], steps[name], label=WORDS.get(name, name), **style)

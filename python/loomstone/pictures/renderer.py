@@ -41,7 +41,7 @@ class Renderer(_core.Renderer):
 
         curves : curves that are drawn as tubes
         value_ranges : (minimum, maximum) that automatic colours span, for each field in color_by;
-            by default those of this frame
+            by default the extremes in this frame
         """
         image = super().render(frame, curves, value_ranges)
         if all(row == "cloth" for row in self._rows):

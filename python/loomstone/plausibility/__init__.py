@@ -31,7 +31,7 @@ def implausible(simulation: Any) -> list[str]:
         found += of_contacts(scene, simulation)
     found += [*of_sizes(scene), *of_scripts(scene)]
     reversed_ones = reversed_obstacles(scene)
-    if scene.bodies or reversed_ones:  # otherwise the positions of surfaces are not needed
+    if scene.bodies or reversed_ones:  # without both, neither overlaps nor magnets are checked
         surfaces = start_surfaces(scene, simulation)
         pairs = overlapping_pairs(surfaces)
         found += of_reversed(scene, surfaces, reversed_ones)

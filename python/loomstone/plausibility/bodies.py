@@ -34,7 +34,7 @@ def of_sizes(scene: Scene) -> list[str]:
 
 
 def of_overlaps(surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns one sentence for each of the first overlapping pairs, and one for all others."""
+    """Returns a sentence for each of the first MOST_LISTED pairs, and one for all others."""
     found = [
         f"{surfaces[a].name} and {surfaces[b].name} overlap at the start, so contacts drive them"
         " apart suddenly; move one of them"
@@ -55,9 +55,12 @@ def reversed_obstacles(scene: Scene) -> list[int]:
 
 
 def of_reversed(scene: Scene, surfaces: list[Surface], obstacles: list[int]) -> list[str]:
-    """Returns one sentence for each reversed obstacle that contains a tested vertex of cloth.
+    """Returns one sentence for each reversed obstacle inside which a vertex of cloth starts.
+
+    At most MOST_TESTED vertices of each cloth are tested.
 
     surfaces : those of all bodies, followed by those of all obstacles
+    obstacles : indices of the reversed obstacles
     """
     found = []
     for index in obstacles:

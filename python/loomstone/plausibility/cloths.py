@@ -17,10 +17,10 @@ __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 AREAS = 1.2  # largest ratio between rest area and area at the start, and largest stretch
 LARGEST = 30.0  # largest extent of a cloth [m]
 SQUARE = 1e-3  # largest distance of the bounds of texture coordinates from 0 and 1
-GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
+GAP = 0.5  # smallest distance of cloth to a surface at the start / contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
-LIMIT = 2.0  # smallest implausible strain limit, if it is finite [1]
+LIMIT = 2.0  # smallest implausible strain limit; infinity means no limit [1]
 PULLED = 1.1  # largest distance between adjacent scripted pins, as a multiple of that at the start
 SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units of uv in patterns [m]
 
@@ -33,8 +33,8 @@ class _Usual:
     most: float
     unit: str  # of `least` and `most`
     fabrics: str  # usual range of fabrics, in words
-    other: str  # the other unit
-    scale: float  # value of the other unit in `unit`
+    other: str  # the unit often used by mistake
+    scale: float  # value of one `other` in `unit`
 
 
 _STIFFNESS = _Usual(1.0, np.inf, "N/m", "10 to 1e5", "N/mm", 1e3)
@@ -91,7 +91,7 @@ def of_attachments(scene: Scene) -> list[str]:
 def of_contacts(scene: Scene, simulation: Any) -> list[str]:
     """Returns one sentence for each pair of a cloth and a surface that start too close.
 
-    Their distance is less than GAP times the contact distance. The surface may be the cloth itself.
+    Too close means nearer than GAP times the contact distance. The surface may be the cloth itself.
     Contacts in which all vertices of cloth are pinned or attached do not count.
     """
     vertices, distances, thicknesses = simulation.near_contacts()
@@ -163,7 +163,7 @@ def _areas(cloth: Cloth) -> str:
 
 
 def _texture(mesh: TriangleMesh) -> str:
-    """Returns a sentence if uv fill the unit square and stretch the mesh at its start, else ""."""
+    """Returns a sentence if uv fill the unit square, but lengths of the mesh differ, else ""."""
     uv = np.asarray(mesh.uv)
     if max(np.abs(uv.min(axis=0)).max(), np.abs(uv.max(axis=0) - 1.0).max()) > SQUARE:
         return ""

@@ -28,7 +28,8 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     which at least one is on a body.
 
     surfaces : those of all bodies, followed by those of all obstacles
-    pairs : pairs of overlapping surfaces; their magnets are not compared with each other
+    pairs : pairs of overlapping surfaces; overlaps between the magnets of such a pair of surfaces
+        are not reported
     """
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
@@ -91,7 +92,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns a magnet's surface in the frame of its carrier; None without one, as for dipoles.
+    """Returns a magnet's surface in the frame of its carrier; None if it has none, as a dipole.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

@@ -12,12 +12,14 @@ __all__ = ["of_scripts"]
 
 Floats = NDArray[np.float64]
 
-# Times that are whole numbers and reach one of these values [s] look like frame numbers. Both are
-# our choice. The first, one second of film, applies to three or more times. The second applies to
-# one or two times, because a slow motion between two times may well take half a minute.
+# Times that are whole numbers and reach one of these values [s] look like frame numbers. Both
+# values are our choice. The first, the number of frames in one second of film, applies to three or
+# more times. The second applies to one or two times, because a slow motion between two times may
+# well take half a minute.
 FRAMES = 24.0
 FRAMES_OF_TWO = 100.0
-# Half a turn (the largest between two keyframes) and a full turn [rad], with room for rounding.
+# Half a turn (the largest rotation between two keyframes) and a full turn [rad], each with room
+# for rounding.
 HALF_TURN = np.pi * (1.0 + 1e-6)
 FULL_TURN = 2.0 * HALF_TURN
 
@@ -45,7 +47,7 @@ def _frames(name: str, given: list[float]) -> str:
 
 
 def _degrees(obstacle: Obstacle) -> str:
-    """Returns a sentence if angles look like degrees or too large between keyframes, else ""."""
+    """Returns a sentence if angles look like degrees or turn too far between keyframes, else ""."""
     angles = np.asarray(obstacle.axis_angles, float)
     if not len(angles):
         return ""

@@ -32,7 +32,7 @@ class Run:
 
     Raises CacheError if there is no run, or if its file cannot be read.
 
-    `positions` and similar properties stack an array over the frames, (frames x n x 3), and read
+    `positions` and similar properties stack the arrays of all frames along a first axis, and read
     only the requested frames. Pickling a Run stores only its path. A Run can be used in a `with`
     statement, which closes its files.
 
@@ -167,7 +167,7 @@ class Run:
             The program of a run from a stranger can do anything that you can do.
 
         Raises CacheError if the run has stored neither a scene file nor a scene, or if its program
-        must not be run.
+        must not be run without `trust`.
         """
         if "scene_file" in self.metadata:
             return SceneFile.of_run(self, trust=trust).scene()
@@ -176,9 +176,9 @@ class Run:
     def magnetic_scene(self) -> Scene | None:
         """Returns a Scene of the bodies, obstacles, magnets, coils, bearings and magnetic field.
 
-        The result is None if there are neither magnets nor coils. It is read from stored numbers,
-        so no program of the run is executed. Obstacles are at rest. Raises CacheError if the
-        numbers are damaged.
+        The result is None if there are neither magnets nor coils. The scene is read from stored
+        numbers, so no program of the run is executed. Obstacles are at rest. Raises CacheError if
+        the numbers are damaged.
         """
         record = self.metadata.get("magnetic_scene")
         if record is None:
@@ -203,7 +203,7 @@ class Run:
             .gltf: morph targets and animated nodes, uv, materials), alembic (.abc: points and poses
             over time, uv, colours), pc2 or mdd (an OBJ file for each surface, and a point cache for
             each that moves), obj or ply (a mesh file for each surface and, if it moves, each
-            frame). None: the suffix of `out` determines it.
+            frame). None: usd, gltf or alembic, according to the suffix of `out`.
         out : file, or directory for pc2, mdd, obj and ply; default: in the directory of the run
         frames : frames to export, such as range(10, 50); None: all
         every : export only every n-th of these frames
@@ -213,7 +213,7 @@ class Run:
         doubles in obj and ply, and floats in the others. In usd, gltf and alembic, bodies and
         obstacles that move rigidly have poses instead of moving points.
 
-        Raises InvalidInput if a file or directory is in the way or frames are not those of the run,
+        Raises InvalidInput if a file or directory is in the way or the run lacks some of `frames`,
         Unsupported if a package is missing, and CacheError if files cannot be read or written.
 
         >>> ls.Run("out/drape").export("drape.usdc", frames=range(0, 50))      # doctest: +SKIP

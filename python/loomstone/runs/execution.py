@@ -46,8 +46,8 @@ def execute(
     the run, and CacheError if another process writes the directory.
 
     control : function called with the simulation before every step
-    farewell : sentence that rank 0 prints if the run has begun and its process ends early, as
-        last_words() describes
+    farewell : sentence that is printed if the process of rank 0 ends early after the run has begun;
+        last_words() lists the cases
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
@@ -189,7 +189,7 @@ class _Course:
         self._unsaved = False
 
     def _stop_where_saved(self, number: int) -> None:
-        """Raises Interrupted if the current state is saved, or LONGEST_WAIT after the signal.
+        """Raises Interrupted if the state is saved or LONGEST_WAIT has passed since the signal.
 
         In the second case, resuming repeats the steps after the last checkpoint.
         """

@@ -25,8 +25,8 @@ class DirectoryLock:
 
     Processes that are forked from this one do not hold the lock.
 
-    name : name of the file of the lock, which exists while the lock is held. Locks with different
-        names are independent.
+    name : name of the lock file, which exists while the lock is held. Locks with different names
+        are independent.
     """
 
     def __init__(self, directory: Path, name: str = _NAME) -> None:
@@ -50,14 +50,14 @@ class DirectoryLock:
         return [] if self._descriptor is None else [self._descriptor]
 
     def take(self, *, wait: bool = False) -> None:
-        """Takes the lock, unless this object has it or its file cannot be created or locked.
+        """Takes the lock, unless this object has it or the lock file cannot be created or locked.
 
         Raises CacheError if another process has the lock; with `wait`, waits until it is free.
         """
         while self._descriptor is None:
             try:
                 descriptor = os.open(self._file, os.O_RDWR | os.O_CREAT, 0o666)
-            except OSError:  # the directory is absent or cannot be written, as its writer reports
+            except OSError:  # absent or read-only directory; the writer of files reports this
                 return
             try:
                 locked = _lock(descriptor, fcntl.LOCK_EX, self.directory, wait=wait)
@@ -81,7 +81,7 @@ class DirectoryLock:
                 )
 
     def _is_current(self, descriptor: int) -> bool:
-        """Returns whether the open file is still the one with the name of the lock."""
+        """Returns whether the open file is still the one at the path of the lock."""
         try:
             return os.path.samestat(os.fstat(descriptor), self._file.stat())
         except OSError:

@@ -28,14 +28,14 @@ __all__ = ["magnets_from_record", "magnets_to_record"]
 
 _DESCRIPTIONS = {kind.__name__: kind for kind in (Bearing, Coil, Magnet, Obstacle, RigidBody)}
 _SOURCES = {kind.__name__: kind for kind in (MagneticBody, SoftBody)}
-_NUMBERS = {"<f8", "<i4", "<i8"}  # types of numbers in arrays
+_NUMBERS = {"<f8", "<i4", "<i8"}  # types of numbers that arrays may have
 _FIELDS = ("obstacles", "bodies", "magnets", "coils", "bearings", "magnetic_field")
 
 
 def magnets_to_record(scene: Scene) -> dict[str, Any] | None:
     """Returns the magnetic part of a scene for JSON, or None if it has neither magnets nor coils.
 
-    It consists of magnets, coils, bearings, the uniform field, bodies, and obstacles at rest.
+    That part contains magnets, coils, bearings, the uniform field, bodies, and obstacles at rest.
     """
     if not (scene.magnets or scene.coils):
         return None

@@ -22,7 +22,7 @@ class RunOptions:
     verify : whether the intersections of every frame are counted exactly
     record_tasks : n, to record the motion of surfaces in every n-th step for `loomstone replay`; 0,
         to record none
-    compression : level of the compression of frames, 0 (none) to 9 (deflate); a resumed run keeps
+    compression : level of the deflate compression of frames, 0 (none) to 9; a resumed run keeps
         the level with which it began. docs/cache.md gives its cost.
     """
 

@@ -66,7 +66,7 @@ def _report(path: Path) -> dict[str, Any]:
 
 
 def _replayed(path: Path) -> tuple[Replayed, ...]:
-    """Returns the predictions in replay.csv, if there are any."""
+    """Returns the predictions in replay.csv, one object for each decomposition in the file."""
     predictions = sorted(read_predictions(path / "replay.csv"), key=lambda each: each.ranks)
     found = []
     for name in dict.fromkeys(each.decomposition for each in predictions):

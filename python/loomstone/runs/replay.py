@@ -119,13 +119,13 @@ def replay(
     """Predicts the time of the recorded searches of a run.
 
     The tests of the decompositions "static" and "dynamic" are measured again for every number of
-    ranks, because the partitions depend on it. With "dynamic", the tests with which ranks start
-    are divided by their costs in an earlier step. The neighbour lists of "predicted" are measured
-    once, and are divided among the ranks by their costs in the preceding step. Earlier steps are
-    assumed to have the same motion as the recorded step. The time in which ranks update bounding
-    volumes or search for new pairs of clusters does not count.
+    ranks, because the partitions depend on it. With "dynamic", costs in an earlier step determine
+    with which tests each rank starts. The neighbour lists of "predicted" are measured once, and
+    costs in the preceding step determine which lists each rank gets. Earlier steps are assumed to
+    have the same motion as the recorded step. The time in which ranks update bounding volumes or
+    search for new pairs of clusters does not count.
 
-    observer : receives the path of each motion before it is measured
+    observer : function called with the path of each motion before the motion is measured
 
     Raises CacheError if no motions were recorded.
     """

@@ -28,7 +28,7 @@ class Interrupted(KeyboardInterrupt):
         self.signal = number
 
     def __reduce__(self) -> tuple[type[Interrupted], tuple[int]]:
-        return type(self), (self.signal,)  # pickle would call Interrupted with the name
+        return type(self), (self.signal,)  # by default, pickle would pass the signal's name
 
 
 class Received:

@@ -1,7 +1,8 @@
 """Scenes of runs that were started from Python, stored as data to let another process resume them.
 
-The file scene.npz holds the descriptions as JSON, and their arrays. Reading it executes no code
-from the file: only descriptions, meshes and magnetic sources of loomstone are made from it.
+The file scene.npz holds the descriptions that make up the scene as JSON, and their arrays. Reading
+it executes no code from the file: only descriptions, meshes and magnetic sources of loomstone are
+made from it.
 """
 
 from __future__ import annotations
@@ -94,7 +95,7 @@ def read_scene(directory: Path) -> Scene:
 
 
 def _encoded(value: Any, arrays: Arrays) -> Any:
-    """Returns the JSON form of a value. Its arrays are put into `arrays` and replaced by names."""
+    """Returns the JSON form of a value. Puts its arrays into `arrays`; their names replace them."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray):

@@ -1,5 +1,5 @@
 """Exact counts of intersecting triangle pairs in frames, independent of collision handling, and
-tables of the intersections and exceeded limits that steps left.
+tables of the intersections and exceeded strain limits that remained after steps.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class FrameTable:
 
 # File names and columns of two tables, each of which exists only if it has rows. FORCED lists the
 # triangle pairs that a step was forced to leave intersecting. BROKEN lists the largest excesses
-# over strain limits that a step left.
+# over strain limits that remained after a step.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),
@@ -96,7 +96,7 @@ MOST_BROKEN = 20  # largest number of rows per step in the table BROKEN
 def append_rows(
     path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]
 ) -> None:
-    """Appends rows of a step. Triangles of cloth are numbered first, then bodies and obstacles."""
+    """Appends rows of a step. Triangles are numbered over cloth, then over bodies and obstacles."""
     new = not path.exists()
     with path.open("a", newline="") as file:
         table = csv.writer(file)
@@ -106,7 +106,7 @@ def append_rows(
 
 
 def keep_rows(path: Path, until_step: int) -> None:
-    """Removes incomplete rows and rows of steps after `until_step`. Deletes a file without rows."""
+    """Removes incomplete rows and rows of steps after `until_step`, and the file if none remain."""
     if not path.exists():
         return
     with path.open(newline="") as file:

@@ -64,7 +64,7 @@ def on_this_machine(
 
 
 class _Running:
-    """The processes that run at present, to which a signal is passed on."""
+    """The processes of the runs in progress, to which a signal is passed on as SIGTERM."""
 
     def __init__(self, received: Received) -> None:
         self.over = threading.Event()

@@ -25,8 +25,8 @@ _RATE = 30.0
 # Largest number of updates of the field lines per second [1/s]. Tracing the lines can take longer
 # than a step.
 _LINE_RATE = 4.0
-# If the simulation lags behind real time by more than this [s], it is shown in slow motion. Smaller
-# delays are made up for.
+# If the simulation lags behind real time by more than this [s], it is shown in slow motion. It
+# catches up with smaller delays.
 _DELAY = 0.05
 
 
@@ -193,7 +193,7 @@ class Live:
                     time.sleep(0.01)
                 continue
             if wanted - self._sim.time > _DELAY * self._speed.value:
-                wall, start = now, self._sim.time  # slow motion
+                wall, start = now, self._sim.time  # slow motion: ignores the delay
             if self._sim.time <= wanted:
                 last = self._sim.time
                 if not self._step():

@@ -56,12 +56,12 @@ class Surfaces:
         return [self._meshes[name] for name, each in self._surfaces.items() if not each.is_cloth]
 
     def on_drag(self, node: Any, listener: Callable[[Any], None]) -> None:
-        """Registers a function for each viser.SceneNodeDragEvent of the left button at a node."""
+        """Makes a node call a function with each viser.SceneNodeDragEvent of the left button."""
         self._listeners[node.name] = listener
         self._listen(node)
 
     def _listen(self, node: Any) -> None:
-        """Gives a new node the listener of its name, because it may replace another node."""
+        """Gives a new node, which may replace an older one, the listener that its name has."""
         if node.name in self._listeners:
             node.on_drag("left")(self._listeners[node.name])
 

@@ -82,7 +82,8 @@ def cantilever(
     across : number of mesh cells over the width
     step : time step [s]
 
-    Raises InvalidInput for values out of range, and SolverFailure if six strips do not suffice.
+    Raises InvalidInput for values out of range or a material that does not resist bending in every
+    direction, and SolverFailure if six strips do not suffice.
     """
     began = time.perf_counter()
     if across < 2:
@@ -148,7 +149,10 @@ def overhang_of_elastica(chord_degrees: float) -> float:
 
 
 def _elastica(tip_angle: float) -> tuple[float, float]:
-    """Returns length [1] and chord angle [rad] of the elastica with a given tip angle [rad]."""
+    """Returns the overhang and the chord angle [rad] of the elastica with a given tip angle [rad].
+
+    The overhang is in units of (B / w)^(1/3), as in overhang_of_elastica().
+    """
     from scipy.integrate import solve_ivp
 
     def slope(u: float, y: np.ndarray) -> list[float]:

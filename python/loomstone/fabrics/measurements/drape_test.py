@@ -1,6 +1,6 @@
 """Cusick's drape test [Cusick1965] (BS 5058, ISO 9073-9).
 
-A disc of fabric with a diameter of 30 cm is clamped between discs of 18 cm.
+A disc of fabric with a diameter of 30 cm is clamped between two discs with a diameter of 18 cm.
 
     drape coefficient = (A_shadow - A_disc) / (A_specimen - A_disc) * 100 %
 
@@ -44,7 +44,7 @@ class CusickResult:
     rest : whether and how the fabric came to rest
     seconds : wall time [s]
     mesh : mesh of the specimen
-    positions : final positions of its vertices (n x 3) [m]
+    positions : final positions of the mesh's vertices (n x 3) [m]
     """
 
     drape_coefficient: float
@@ -63,14 +63,14 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     A ring of vertices lies on the edge of the clamp.
     """
     triangles = whole("triangles", triangles, 400, 1_000_000)
-    # A fifth of the triangles is assumed to lie in the clamp. The rest are equilateral with the
-    # side `edge`.
+    # It is assumed that a fifth of the triangles lie in the clamp, and that the others are
+    # equilateral with the side `edge`.
     area = np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    # Rings of clamped vertices fill the disc. Only the rings next to its edge affect the drape, so
-    # vertices become sparser towards the centre.
+    # Rings of clamped vertices fill the clamp. Only the rings next to the edge of the clamp affect
+    # the drape, so vertices become sparser towards the centre.
     while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
         spacing *= 1.4
@@ -141,7 +141,7 @@ def cusick(
 def drape_scene(
     material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None
 ) -> Scene:
-    """Returns a flat specimen, clamped within a radius of 9 cm, over a pedestal and a floor."""
+    """Returns a scene: a flat specimen, clamped within a radius of 9 cm, a pedestal and a floor."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
     pedestal = obstacles.mesh(
         _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)

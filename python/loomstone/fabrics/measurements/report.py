@@ -217,7 +217,7 @@ def chosen(names: str) -> list[str]:
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """Returns the parameters given by -p: triangles per specimen, and number of specimens."""
+    """Checks and returns the parameters given by -p: `triangles` of a specimen, and `specimens`."""
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")

@@ -25,9 +25,10 @@ class Rest:
     at_rest : whether both conditions of bring_to_rest() were met
     time : simulated time of this call [s]
     stops : number of times that velocities were set to zero
-    energy_ratio : largest kinetic energy in the last window of time, relative to the largest since
-        the start [1]; 1 if no window has ended
-    drift : largest displacement of a vertex over the last window [m]; inf if no window has ended
+    energy_ratio : largest kinetic energy in the last window of time that ended, relative to the
+        largest from the start to its end [1]; 1 if no window has ended
+    drift : displacement over this window of the vertex that moved most [m]; inf if no window has
+        ended
     """
 
     at_rest: bool
@@ -51,7 +52,8 @@ def bring_to_rest(
     If they do not become small, the first step that reaches `longest` is the last one.
 
     longest : simulated time after which this call ends in any case [s]
-    ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
+    ratio : largest kinetic energy allowed in a window of time, relative to the largest since this
+        call began [1]
     drift : displacement of a vertex allowed over a window [m]
     window : length of a window [s]; extended to three steps if it is shorter
 
@@ -81,7 +83,7 @@ def bring_to_rest(
             simulation.velocities = np.zeros_like(simulation.velocities)
             stops, energy = stops + 1, 0.0
         rising, before = energy >= before, energy
-        # Without this tolerance, rounding of times could add a step to a window.
+        # Without the tolerance of 1e-9 s, rounding of times could add a step to a window.
         if simulation.time - opened > window - 1e-9:
             here = simulation.positions
             moved = float(np.linalg.norm(here - place, axis=1).max())
