@@ -5,10 +5,11 @@ picture.
             [--out DIRECTORY] [--blender-python PYTHON] [--samples N]
 
 Without RUN, the first second of scenes/drape.py is simulated with 3,600 triangles. PYTHON is an
-interpreter that has the module bpy (Blender 5, Python 3.11). Blender renders the frame (default:
-the last) with Cycles to DIRECTORY/blender-FORMAT.png. The program prints the total size of the
-files, the times of export, import and rendering, and the largest distance between the position of a
-cloth vertex in Blender and that in the run.
+interpreter that has the module bpy (Blender 5, Python 3.11). Without --to, all formats are tried.
+For each format, Blender renders the frame (default: the last) with Cycles to
+DIRECTORY/blender-FORMAT.png. The program prints the total size of the files, the times of export,
+import and rendering, and the largest distance between the position of a cloth vertex in Blender and
+that in the run.
 """
 
 import argparse

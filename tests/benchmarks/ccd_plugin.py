@@ -5,7 +5,8 @@ python SHARED/data/ccd/pipeline.py --plugin ccd_plugin --path tests/benchmarks -
 python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks
         --scenes fold8_h1.5mm --check REQUIRED.npz
 
-REQUIRED.npz contains pairs that must be among the candidates.
+SHARED is the folder `shared` next to the project directory. REQUIRED.npz contains pairs that must
+be among the candidates.
 """
 
 import argparse

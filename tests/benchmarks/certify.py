@@ -9,7 +9,7 @@ starts whose coordinates are perturbed by up to 1e-6 m.
     heap magnets pushed --steps auto --rate 1777
 
 Each run appends one row to the table; runs already in the table are skipped. The exit status is 1
-if any frame contains an intersecting pair of triangles that involves cloth.
+if any run in the table has a frame with an intersecting pair of triangles that involves cloth.
 """
 
 import argparse
@@ -54,7 +54,8 @@ SIZES = {
     "uneven": ({"triangles": 600}, 0.8),
     "wave_bar": ({"triangles": 1800}, 1.0),
 }
-# Constructor and duration [s] of each scene without a scene file. All run with SemiImplicitEuler.
+# Constructor and duration [s] of each scene without a scene file. These scenes run with
+# SemiImplicitEuler.
 EXTREME = {
     "ball_corners": (lambda: caught(40.0, corners=True), 0.4),
     "ball_edges": (lambda: caught(40.0), 0.4),

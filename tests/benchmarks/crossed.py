@@ -33,7 +33,7 @@ def rotation(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def crossed(triangles: int, start: int, kind: str) -> ls.Scene:
-    """Two square sheets of equal size whose line of intersection runs from edge to edge."""
+    """Returns a scene of two equal square sheets that intersect in a line from edge to edge."""
     random = np.random.default_rng(start)
     cells = max(1, round(np.sqrt(triangles / 2)))
     flat = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))

@@ -1,5 +1,6 @@
-"""Compares collision detection with ipctk (from PyPI), by ratios of minimum times that are measured
-alternately in one run on one machine. The parts narrow and growth run without ipctk.
+"""Compares the collision detection of this package with that of ipctk (from PyPI), by ratios of
+minimum times that are measured alternately in one run on one machine. The parts narrow and growth
+run without ipctk.
 
     python tests/benchmarks/detection.py [SHARED/data/ccd]
             [--parts candidates detection narrow threads growth]
@@ -7,7 +8,7 @@ alternately in one run on one machine. The parts narrow and growth run without i
 SHARED/data/ccd contains scenes.py, meshes and queries. By default SHARED is next to the project
 directory. With one thread, times are processor times, which other programs hardly affect. With
 several threads, they are wall times; set OMP_WAIT_POLICY=passive so that waiting threads do not
-spin. The part threads lists both times for one thread and for two.
+spin. The part threads lists processor and wall times for one thread and for two.
 
 Candidates of this package are pairs of features that share no vertex and whose 18-DOPs overlap.
 ipctk tests boxes and therefore lists more candidates.

@@ -134,8 +134,8 @@ def sleeve(
     """A sleeve that is drawn by its cuff over a capsule. The radius of the capsule is 1 + `wider`
     times that of the sleeve.
 
-    The cuff moves by 0.3 m in 1 s. `limit` [1] bounds the strain of weft and warp, and half that of
-    shear; None: no limits.
+    The cuff moves by 0.3 m in 1 s. The strain limit is `limit` [1] along weft and warp and twice
+    `limit` in shear; None: no limits.
     """
     radius = 0.05
     mesh = tube(radius / (1.0 + wider), 1.15 * radius, 0.24, cells)

@@ -36,12 +36,12 @@ INTEGRATORS = (ls.SemiImplicitEuler, ls.BackwardEuler, ls.SymplecticEuler, ls.As
 
 
 def mostly(usual: Any, other: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Returns a strategy that yields `usual`, but draws from `other` in about one of 8 cases."""
+    """Returns a strategy that yields `usual`, but draws from `other` in about one case of 8."""
     return st.integers(0, 7).flatmap(lambda k: other if k == 0 else st.just(usual))
 
 
 def changes(names: tuple[str, ...], kind: type) -> st.SearchStrategy[dict[str, Any]]:
-    """Returns a strategy that draws values for up to two fields of the description `kind`."""
+    """Returns a strategy that draws values for up to two of the fields `names` of class `kind`."""
     known = [name for name in names if name in kind.field_names]  # type: ignore[attr-defined]
     return mostly({}, st.dictionaries(st.sampled_from(known), NUMBERS, max_size=2))
 
@@ -104,7 +104,7 @@ def try_mutation(mutation: dict[str, Any]) -> str:
 
 
 def try_scene(number: int, count: int = 50) -> str:
-    """Tries `count` scenes that the seed `number` determines. Returns how many were tried."""
+    """Tries up to `count` scenes that the seed `number` determines. Returns how many were tried."""
     seen: list[str] = []
 
     @seed(number)

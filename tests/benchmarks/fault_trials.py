@@ -103,7 +103,7 @@ def killed(whole: Whole, out: Path, seed: int, kills: int = 0) -> str:
 
 
 def full_disk(whole: Whole, out: Path, seed: int) -> str:
-    """Simulates a full disk: no file can grow beyond a random size."""
+    """Runs as on a full disk: no file can grow beyond a random size. Then completes the run."""
     largest = int(random.Random(seed).uniform(0.01, 1.0) * whole.length)
 
     def limit() -> None:
@@ -137,7 +137,7 @@ cat out/report.json > "$5"
 
 
 def full_file_system(whole: Whole, out: Path, seed: int) -> str:
-    """Runs the scene in a tmpfs of random size, then completes it with more space. Needs root."""
+    """Runs in a tmpfs of random size, then completes the run with more space. Needs root."""
     out.mkdir(parents=True)
     size = int(random.Random(seed).uniform(0.05, 1.2) * whole.length)
     report = out.parent / f"report-{seed}.json"

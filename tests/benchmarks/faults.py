@@ -1,5 +1,5 @@
-"""Provokes faults and counts the trials: kills, full disks, damaged files, mutated scenes, sizes,
-steps, long runs and threads.
+"""Provokes faults and counts the trials that go wrong. The trials are kills, full disks, damaged
+files, mutated scenes, sizes of cloth, lengths of steps, long runs and threads.
 
     python tests/benchmarks/faults.py --out out/faults.jsonl
     python tests/benchmarks/faults.py kill disk --out out/faults.jsonl
@@ -198,7 +198,7 @@ def sixty_seconds(name: str, duration: float) -> str:
         f" {1e3 * seconds[2]:.2f} ms, in the first and the last third"
     )
     # The last third is compared with the second, because cloth has fewer contacts in the first.
-    # Shorter runs are not checked, because cloth still falls in their last third.
+    # Runs shorter than 60 s are not checked, because cloth may still fall in their last third.
     flat = memory[2] < memory[1] + 5.0 and seconds[2] < 1.5 * seconds[1] + 1e-3
     assert flat or duration < 60.0, told
     return told

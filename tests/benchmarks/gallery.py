@@ -2,10 +2,10 @@
 
     python tests/benchmarks/gallery.py [--scenes drape twist --out docs]
 
-Runs every scene with its default parameters on one thread, draws one frame of it as
-OUT/images/scenes/NAME.jpg and writes its size and times to OUT/gallery.json. Scenes that
-gallery.json lists are left out unless they are named, so that an interrupted call continues. All
-scenes take about 20 minutes.
+Runs the given scenes or, by default, all scenes that OUT/gallery.json does not list, so that an
+interrupted call continues. Each scene runs with its default parameters on one thread. One frame of
+it is drawn as OUT/images/scenes/NAME.jpg, and its numbers of triangles and bodies and its times are
+written to OUT/gallery.json. All scenes together take about 20 minutes.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     python tests/benchmarks/impacts.py --triangles 400 1280 3000 --tilts 30 60 90 --speeds 2 4 8
     python tests/benchmarks/impacts.py --swing
 
-The first table has a row for each towel and step. `ratio` is the largest stretch divided by that of
+The first table has a row for each towel and step. `ratio` is the largest stretch divided by that in
 steps of 0.25 ms. `gain` is the largest increase of energy minus work since the start, divided by
 the largest kinetic energy. It leaves out the energy of contacts, which `contact` includes. `end` is
 like `gain`, but at the end of the run. `parts` is the number of parts of all steps, `shortest` the

@@ -8,7 +8,7 @@ over time as a plot, and pictures at one instant side by side (figures 4.1 and 4
 With --survive, the program instead finds the least of several viscosities with which symplectic and
 explicit Euler and the linearised midpoint rule survive the whole duration, for several steps. A run
 has not survived if it fails, or if its energy rises above its initial value by a tenth of the
-energy that the fall of the sheet releases. Failed runs are drawn up to their failure.
+energy that the fall of the sheet releases. The plot shows failed runs up to their failure.
 """
 
 import argparse

@@ -9,11 +9,11 @@ of each method.
 With --start, the default method is used up to that time, and every method continues from the same
 state.
 
-The first row has no limits. The next are edge-based limiting (ESL), coloured and random
-Gauss-Seidel, and Jacobi (one and two threads), each after an implicit step without limits, as in
-the thesis. The last row is the default: coloured Gauss-Seidel after a solve with limits. Times are
-processor times of a step. The time of limiting is this time multiplied by the share of limiting in
-the wall time.
+For each mesh, the first row has no limits. The next rows are edge-based limiting (ESL), coloured
+and random Gauss-Seidel, and Jacobi (one and two threads), each after an implicit step without
+limits, as in the thesis. The last row is the default: coloured Gauss-Seidel after a solve with
+limits. Times are processor times of a step. The time of limiting is the time of a step multiplied
+by the share of limiting in the wall time.
 """
 
 from __future__ import annotations

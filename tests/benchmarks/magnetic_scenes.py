@@ -1,5 +1,5 @@
-"""Table 6.1: times of the magnetic scenes with dipole cells and with the accurate engine, in one
-run on one thread.
+"""Table 6.1 of the thesis: times of the magnetic scenes with dipole cells and with the accurate
+engine, in one run on one thread.
 
     python tests/benchmarks/magnetic_scenes.py [--steps 400]
             [--scenes toy_magnets lift levitation]
@@ -53,7 +53,8 @@ def load(name: str) -> ModuleType:
 
 
 def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
-    """Replaces hard magnets with dipole cells, and soft spheres with induced dipoles (degree 1).
+    """Returns the scene with dipole cells for hard magnets, and induced dipoles (degree 1) for soft
+    spheres.
 
     The cells have the given density. Bodies with the explicit response get such cells, too.
     """

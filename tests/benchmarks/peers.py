@@ -49,7 +49,7 @@ from smoke import SCENES, SHARED, parsed
 
 HELPERS = Path(__file__).with_name("peer_helpers")  # modules that scripts in SHARED/peers lack
 NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
-# Blender's steps per frame. Its simulation of the twist needs more steps than the other scenes.
+# Blender's steps per frame. The twist needs more of them than the other scenes.
 QUALITY = {"drape": 10, "twist": 30, "swing": 10}
 SCRIPTS = {  # in SHARED/peers
     "blender": "run_blender.py",

@@ -32,7 +32,7 @@ def owners(sim: ls.Simulation) -> NDArray[np.int64]:
 
 
 def colors(triangles: NDArray[np.int32], parts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Returns a colour for each triangle. Parts that share a vertex have different colours."""
+    """Returns a colour index for each triangle. Parts that share a vertex differ in colour."""
     touching = np.zeros((triangles.max() + 1, RANKS), bool)
     for corner in triangles.T:
         touching[corner, parts] = True

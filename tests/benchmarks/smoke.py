@@ -1,8 +1,9 @@
-"""Functions shared by the benchmarks: the --smoke option, the exit when something is missing, and
-the start of programs on several ranks.
+"""Functions shared by the benchmarks: they parse the options with --smoke, exit if something is
+missing, and return the mpirun command for several ranks.
 
 With --smoke a program defaults to tiny sizes and ends within seconds; the tests run it this way.
-Exit status 77 means that something that the program needs is missing; the standard error names it.
+Exit status 77 means that something that the program needs is missing; a message on the standard
+error names it.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
 def parsed(parser: argparse.ArgumentParser, **tiny: Any) -> argparse.Namespace:
-    """Parses the options. With --smoke, `tiny` replaces the defaults."""
+    """Adds --smoke to the options and parses them. With --smoke, `tiny` replaces their defaults."""
     parser.add_argument("--smoke", action="store_true", help="tiny sizes, a few seconds")
     if "--smoke" in sys.argv:
         parser.set_defaults(**tiny)
@@ -38,7 +39,7 @@ def missing(what: str) -> NoReturn:
 
 
 def package(name: str) -> ModuleType:
-    """Imports the package, or exits with status 77."""
+    """Imports and returns the package or module, or exits with status 77 if this fails."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
@@ -53,9 +54,10 @@ def present(path: Path) -> Path:
 
 
 def mpirun(ranks: int) -> list[str]:
-    """Returns the words that start a program on a number of ranks, which may share processors.
+    """Returns the words of a command that come before a program to start it on `ranks` ranks.
 
-    Exits with status 77 if mpirun is not installed. The command needs AS_ROOT in its environment.
+    Ranks may share processors. If the user is root, the command needs AS_ROOT in its environment.
+    Exits with status 77 if mpirun is not installed.
     """
     if shutil.which("mpirun") is None:
         missing("mpirun is not installed")

@@ -2,12 +2,13 @@
 
     python tests/benchmarks/soft_pairs.py [--cells 8 12 16] [--finest 24] [--gaps 0.1 0.3 1 2]
 
-For each number of cells, prints the processor time [s] for the factorisation, for the induced
-magnetisation and for the force, the number of iterations and the largest memory so far [MB]. Here
-chi = 100, and the second cuboid is a tenth of its height above the first and offset along both long
-edges. Then prints true and estimated relative errors of force and torque for cuboids above, offset,
-beside and turned, at each gap (in heights). These pairs have chi = 1, 100 and 1e5 in turn. True
-errors are differences from the result with `--finest` cells.
+For each number of cells along the shortest edge, prints the processor time [s] for the
+factorisation, for the induced magnetisation and for the force, the number of iterations and the
+largest memory so far [MB]. Here chi = 100, and the second cuboid is a tenth of its height above the
+first and offset along both long edges. Then prints true and estimated relative errors of the force
+and torque on the first cuboid, with the second one above, offset, beside and turned, at each gap
+(in heights). These pairs have chi = 1, 100 and 1e5 in turn. True errors are differences from the
+result with `--finest` cells.
 """
 
 import argparse
@@ -26,7 +27,8 @@ CHI = (1.0, 100.0, 1e5)
 
 def placed(soft: M.SoftBody, kind: str, gap: float) -> M.SoftBody:
     height = float(SIZE[2])
-    # A turned cuboid is rotated by 30 degrees about x. Its lowest edge is above the first cuboid.
+    # A turned cuboid is rotated by 30 degrees about x. Its lowest edge is `gap` heights above the
+    # top of the first cuboid.
     if kind == "turned":
         rise = 0.5 * (0.5 * SIZE[1] + np.cos(np.pi / 6) * height)
         turn = (np.cos(np.pi / 12), np.sin(np.pi / 12), 0.0, 0.0)
@@ -57,7 +59,7 @@ def print_costs(cells: int) -> None:
 
 
 def wrench(soft: M.SoftBody, kind: str, gap: float, field: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns force and torque / radius [N], and the estimated error [N]."""
+    """Returns force and torque / RADIUS on the first cuboid [N], and the estimated error [N]."""
     induced = M.induce([soft, placed(soft, kind, gap)], field=field)
     found = M.force(on=induced.bodies[0], by=induced.bodies[1])
     return np.array([found.force, found.torque / RADIUS]), found.error

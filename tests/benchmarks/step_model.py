@@ -5,11 +5,12 @@
         --out out/two
     python tests/benchmarks/step_model.py out/one out/two [--ranks 1 2 12 64 --first 10]
 
-On n ranks, collision handling and the rest of a step each take the time a + b / n outside
-communication. Both pairs of numbers a and b are fitted to the runs, which must have at least two
-different numbers of ranks. A collective operation takes one message in each of log2(n) rounds
-(rounded up), and every rank receives the bytes that all ranks send. Times are means, not minima,
-over the steps from --first on, so other programs on the machine would distort them.
+The model assumes that on n ranks, collision handling and the rest of a step each take the time
+a + b / n outside communication. Both pairs of numbers a and b are fitted to the runs, which must
+have at least two different numbers of ranks. A collective operation takes one message in each of
+log2(n) rounds (rounded up), and every rank receives the bytes that all ranks send. Measured times
+are means, not minima, over the steps from --first on, so other programs on the machine would
+distort them.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ NETWORKS = {"1.5 us, 10 GB/s": (1.5e-6, 1e10, 0.2e-6), "12 us, 1 GB/s": (12e-6, 
 
 @dataclass
 class Measured:
-    """Means over the steps of a run: times of a rank outside communication [s], and traffic."""
+    """Times of collision handling and of the rest of a step, without communication [s], averaged
+    over the ranks and steps of a run, and the traffic in a step, averaged over the steps.
+    """
 
     ranks: int
     collision: float
@@ -61,9 +64,9 @@ def measured(directory: Path, first: int) -> Measured:
 
 
 def fitted(runs: list[Measured], part: str) -> tuple[float, float]:
-    """Returns a and b [s] of the time a + b / n of "collision" or "other" on n ranks.
+    """Returns a and b [s] such that a + b / n fits the time of `part` on n ranks.
 
-    Neither is negative.
+    `part` is "collision" or "other". Neither a nor b is negative.
     """
     shares = np.array([[1.0, 1.0 / run.ranks] for run in runs])
     times = np.array([getattr(run, part) for run in runs])
@@ -76,8 +79,9 @@ def fitted(runs: list[Measured], part: str) -> tuple[float, float]:
 
 
 def predicted(runs: list[Measured], ranks: int, network: tuple[float, float, float]) -> float:
-    """Returns the predicted time of a step [s]; network: latency [s], bandwidth [bytes/s] and
-    processor time per message at each of its two ends [s].
+    """Returns the predicted time of a step on `ranks` ranks [s].
+
+    network: latency [s], bandwidth [bytes/s] and processor time at each end of a message [s].
     """
     latency, bandwidth, overhead = network
     seconds = sum(a + b / ranks for a, b in (fitted(runs, "collision"), fitted(runs, "other")))

@@ -1,16 +1,16 @@
-"""Cost of asynchronous steps on the uneven mesh of scenes/uneven.py (figure 4.7 of the thesis).
+"""Cost of asynchronous steps and of other integrators on the uneven mesh of scenes/uneven.py.
 
     python tests/benchmarks/uneven.py [--triangles 2304 --fine 0.003 0.00166 --bending 1e-3
     --damping 1e-5 --duration 4]
 
-In the first tables, the cloth (a hat) hangs from a point of its brim, without collisions. They
-list updates of triangles and processor time of stepping, both per second of motion. The columns
-"fewer" and "less" give the updates and the time of symplectic Euler divided by those of the row.
-Asynchronous steps and the step of symplectic Euler are the same share of their limits of
-stability. With the default rigidity, bending limits the steps at the tip; with `--bending 1e-5
---damping 0`, the membrane does. In the last table, the hat falls on the floor. The table lists the
-processor time of stepping and of collision handling. Stepping of asynchronous schedules includes
-the contacts at events.
+In the first tables, one for each value of --fine, the cloth (a hat) hangs from a point of its brim,
+without collisions. They list updates of triangles and processor time of stepping, both per second
+of motion. The columns "fewer" and "less" give the updates and the time of symplectic Euler divided
+by those of the row. Asynchronous steps and the step of symplectic Euler are the same share of their
+limits of stability. With the default rigidity, bending limits the steps at the tip; with `--bending
+1e-5 --damping 0`, the membrane does. In the last table, the hat falls on the floor. The table lists
+the processor time of stepping and of collision handling per second of motion. Stepping of
+asynchronous schedules includes the contacts at events.
 """
 
 import argparse
@@ -22,7 +22,7 @@ import numpy as np
 from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
-# Step divided by the limit of stability: Asynchronous by default, SymplecticEuler(step="auto")
+# Step divided by its limit of stability, for Asynchronous() and for SymplecticEuler(step="auto")
 SHARE, SHARE_OF_AUTO = 0.4, 0.5
 
 
@@ -57,7 +57,7 @@ class Cost(NamedTuple):
 
 
 def cost(scene: ls.Scene, integrator: ls.Integrator, duration: float) -> Cost:
-    """Runs the scene. Processor time is divided in proportion to the wall time of the stages."""
+    """Runs the scene. Divides processor time among the stages in proportion to their wall time."""
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     updates = stepping = collisions = wall = 0.0
     failure, start = "", time.process_time()

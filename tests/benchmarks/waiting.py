@@ -1,5 +1,5 @@
-"""Cost of waiting threads: wall and processor time of a drape for several spin counts, on an idle
-machine and with busy processes.
+"""Cost of waiting threads: wall and processor time of a drape for several spin counts (how often a
+thread checks for work before it sleeps), on an idle machine and with busy processes.
 
     python tests/benchmarks/waiting.py [--triangles 3600 --duration 0.4 --busy 0 2 4 --repeats 3
             --counts 0 500 1000 2000 4000 8000 16000 300000 --threads 2 --ranks]
@@ -28,7 +28,7 @@ from smoke import AS_ROOT, SCENES, mpirun, parsed
 
 
 def drape(triangles: int, duration: float, threads: int, ranks: bool) -> None:
-    """Steps the drape; prints wall and processor time [s] without start-up and first step."""
+    """Steps the drape, and prints the wall and processor time [s] of all steps but the first."""
     import loomstone as ls
     from loomstone.runs.scene_file import SceneFile
 
@@ -57,8 +57,9 @@ def busy_processes(count: int) -> Iterator[None]:
 
 
 def measured(given: argparse.Namespace, row: int) -> tuple[float, float]:
-    """Returns the wall time of the slowest rank and the processor time of all ranks [s]. `row` is
-    the spin count, or the number of ranks with --ranks.
+    """Returns the wall time of the slowest rank and the processor time of all ranks [s].
+
+    `row` is the spin count or, with --ranks, the number of ranks.
     """
     environment = {k: v for k, v in os.environ.items() if k != "OMP_WAIT_POLICY"}
     environment |= AS_ROOT

@@ -34,8 +34,8 @@ FrameTopology example_topology(int side, bool with_bodies) {
         topology.triangles.row(triangle++) << corner + 1, corner + side + 1, corner + side;
       }
   topology.corner_uv.resize(triangle * 3, 2);
-  // The second half of the triangles of the second cloth has uv that differ from those of the first
-  // half, so the texture has a seam.
+  // In the second half of the triangles of the second cloth, the texture coordinate u is shifted by
+  // 1, so the texture has a seam between the two halves.
   for (int corner = 0; corner < 3 * triangle; ++corner) {
     const int vertex = topology.triangles.data()[corner];
     const double shift = corner >= 9 * triangle / 4 ? 1.0 : 0.0;
@@ -73,7 +73,7 @@ constexpr int steps_per_frame = 4;
 StepReport example_report(std::int64_t step) {
   const double x = static_cast<double>(step);
   StepReport report;
-  // The values depend on the step and on the place of the number in the report.
+  // Each number depends on the step and on its place in the report.
   int place = 0;
   for_each_number(report, [&](const std::string&, const auto&, auto& value) {
     using Value = std::remove_cvref_t<decltype(value)>;

@@ -22,8 +22,8 @@ class TemporaryDirectory {
   std::string path_;
 };
 
-// Two cloths of side x side vertices each, one after the other. With bodies, also a tetrahedron and
-// a floor.
+// Topology of two cloths of side x side vertices each. In the arrays, the second cloth follows the
+// first one. With bodies, also a tetrahedron and a floor.
 FrameTopology example_topology(int side, bool with_bodies);
 Frame example_frame(const FrameTopology& topology, int index);
 

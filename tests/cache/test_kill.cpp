@@ -43,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Checks the topology and every frame of a run. Returns the number of frames.
+// Compares the topology and every frame of a run with the example. Returns the number of frames.
 int check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));

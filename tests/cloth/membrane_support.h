@@ -37,7 +37,8 @@ inline Points random_points(Index n, double size, unsigned seed) {
   return p;
 }
 
-// Returns the vertices of a sheet, strongly stretched and sheared, out of plane and jittered.
+// Returns the vertices of a sheet that is strongly stretched and sheared, bent into waves and
+// jittered at random.
 inline Points deformed(const TriangleMesh& mesh, unsigned seed) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {

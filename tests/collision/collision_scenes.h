@@ -73,7 +73,7 @@ inline TestScene make_scene(const std::vector<Part>& parts) {
   return scene;
 }
 
-// Displaces each coordinate at random by up to `amount` [m].
+// Returns x with each coordinate displaced at random by up to `amount`.
 inline Points shaken(const Points& x, double amount, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-amount, amount);

@@ -1,4 +1,5 @@
-"""Converts query archives to the plain file that narrow_phase/test_exact_continuous.cpp reads.
+"""Converts archives of queries of continuous collision detection to the binary file that
+narrow_phase/test_exact_continuous.cpp reads.
 
 For each query, an archive (npz) contains 24 coordinates Q, the kind (0 vertex-face, 1 edge-edge),
 the exact verdict gt, and the bounds toi_lo and toi_hi on the first contact time.
@@ -28,7 +29,7 @@ CODES = {
 
 
 def read_array(archive, name):
-    """Returns one array of the archive as flat values."""
+    """Returns the values of the array `name` of the archive, as a flat array."""
     raw = archive.read(name + ".npy")
     size, start = struct.unpack("<H", raw[8:10])[0], 10
     if raw[6] > 1:

@@ -20,7 +20,8 @@ using test::on_ranks;
 
 namespace {
 
-// Two sheets and a table. If `cells` is small, some of seven ranks have no neighbour list.
+// Two sheets and a table. If `cells` is small and there are seven ranks, some ranks have no
+// neighbour list.
 TestScene sheets_on_table(Index cells) {
   return make_scene(
       {{grid_cells(0.2, 0.2, cells, cells), Kind::Cloth, 4e-3},
@@ -127,7 +128,7 @@ TEST_CASE("ranks find all contacts of vertices that have moved since the last ce
 
 TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
   const TestScene scene = sheets_on_table(40);
-  std::vector<int> steps(3, 0);  // number of steps with two collective operations, by rank
+  std::vector<int> steps(3, 0);  // number of steps 20 to 39 with two collective operations, by rank
   on_ranks(3, [&](const auto& ranks) {
     CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
     FreeBodies none;
@@ -217,5 +218,5 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
   }
   CHECK(all.size() == n_lists);
   CHECK(n_lists > 1000);
-  CHECK(4.0 * most < 1.3 * sum);  // a ratio above 1.25 makes the ranks distribute lists again
+  CHECK(4.0 * most < 1.3 * sum);  // above 1.25 times the mean cost, lists are distributed again
 }

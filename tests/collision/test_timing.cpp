@@ -27,8 +27,9 @@ double milliseconds(int threads) {
       .count();
 }
 
-// Cloth of 14,450 triangles draped over a sphere of 5,120 triangles and hanging down outside. The
-// vertices of the draped part are 0.35 mm outside the sphere. The thickness is 0.6 mm.
+// Cloth of 14,450 triangles draped over a sphere of 5,120 triangles. The vertices of the draped
+// part are 0.35 mm outside the sphere, and the rest of the cloth hangs down. The thickness is 0.6
+// mm.
 TestScene drape() {
   TestScene scene = make_scene({{grid_cells(0.5, 0.5, 85, 85), Kind::Cloth, 0.6e-3},
                                 {icosphere(0.15, 4), Kind::Script, 0.6e-3}});

@@ -1,5 +1,6 @@
-"""Records hashes of the state after 45 steps of every scene and variant, or compares them with the
-record. If a step fails, the hash is that of the state before it.
+"""Records hashes of the state after 45 steps of every case in cases.py, or compares them with the
+record. If names are given, takes only cases whose names contain one of them. If a step fails, the
+hash is that of the state before it.
 
     python tests/digests/digests.py --compare [--threads 2] [names ...]
     mpirun -n 2 python tests/digests/digests.py --compare
@@ -9,7 +10,7 @@ record. If a step fails, the hash is that of the state before it.
 The 45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect
 results leaves all digests unchanged. A commit that affects results must contain new digests and
 explain them in its message. Digests are valid only on the machine on which they were recorded. On
-another machine, --compare prints the properties that differ and exits with status 77.
+another machine, --compare prints the properties (machine.py) that differ and exits with status 77.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def blas_kernels() -> str:
 def functions() -> str:
     """Returns a hash of the results of elementary functions of the C library and of numpy.
 
-    Their bits depend on the version and the processor.
+    The bits of the results depend on the versions of both libraries and on the processor.
     """
     x = np.linspace(-3.0, 3.0, 1001)
     scalar = [f(v) for f in (math.sin, math.cos, math.exp, math.atan, math.sinh) for v in x]

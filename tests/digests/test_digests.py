@@ -1,4 +1,4 @@
-"""One thread, two threads and two ranks reproduce the recorded digests of all scenes."""
+"""One thread, two threads and two ranks reproduce the recorded digests; all scenes have digests."""
 
 import json
 import subprocess

@@ -1,4 +1,9 @@
-"""Writes small files, from which the fuzz targets start, to DIRECTORY/seeds: seeds.py DIRECTORY."""
+"""Writes the small files from which the fuzz targets start.
+
+    python tests/fuzz/seeds.py DIRECTORY
+
+The files of each reader are in a directory of their own in DIRECTORY/seeds.
+"""
 
 import sys
 from pathlib import Path

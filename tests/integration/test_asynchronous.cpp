@@ -130,7 +130,7 @@ TEST_CASE("two springs in a queue move as computed by hand, also over two interv
         chain.time = {0.0, 0.0};
       }
       CAPTURE(parts, outer);
-      // The values are exact up to the rounding of the decimal fractions.
+      // The values are exact up to the rounding of the steps, which are decimal fractions.
       CHECK(chain.x[0] == Approx(outer == 0.1 ? 0.888671875 : 0.875976375).epsilon(1e-14));
       CHECK(chain.x[1] == Approx(outer == 0.1 ? 1.89375 : 1.8676285).epsilon(1e-14));
       if (outer != 0.08 || parts != 1) continue;

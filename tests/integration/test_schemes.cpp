@@ -238,8 +238,8 @@ TEST_CASE(
   CHECK(angular_drift("symplectic-euler", 2e-4) < 1e-12);
   CHECK(angular_drift("asynchronous", 2e-3) < 1e-12);
   CHECK(angular_drift("nonlinear-midpoint", 1e-3) < 1e-11);  // Newton stops at a residual of 1e-12
-  // BDF-2 has order 3 here: its h^2 error only shifts the phase, and its loss of momentum per unit
-  // of time is of order h^3.
+  // BDF-2 has order 3 here: its h^2 error only shifts the phase, and its loss of angular momentum
+  // per unit of time is of order h^3.
   const std::map<std::string, std::pair<double, double>> step_and_order = {
       {"explicit-euler", {5e-5, 1}},
       {"semi-implicit-euler", {2.5e-4, 1}},
@@ -322,7 +322,8 @@ TEST_CASE(
     "a hanging strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
   // The strip is narrow with free sides, so its stress is uniaxial, and its elastic modulus is the
   // reciprocal of the off-axis compliance. The clamp prevents lateral contraction, and coupling to
-  // shear bends the strip in its plane. The errors from both effects decrease with the width.
+  // shear bends the strip in its plane. The errors from both effects are smaller for a narrower
+  // strip.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.poisson = 0.3,
   m.density = 0.8;

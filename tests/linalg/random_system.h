@@ -1,6 +1,6 @@
 // A symmetric positive definite system, generated from a fixed seed, that resembles the system of a
-// time step: a grid of cloth rows, bodies, contact terms between distant rows and with bodies, and
-// fixed rows with prescribed values.
+// time step. It has a grid of cloth rows, bodies, contact terms between random cloth rows and
+// between cloth rows and bodies, and fixed rows with prescribed values.
 #pragma once
 
 #include <algorithm>
@@ -63,7 +63,8 @@ class RandomSystemBuilder {
   RandomSystem take() { return std::move(made_); }
 
  private:
-  // Distributions differ between standard libraries, but the integers of the generator do not.
+  // Uses the integers of the generator, which are the same in all standard libraries. The numbers
+  // of std::uniform_real_distribution are not.
   double number() { return 2.0 * static_cast<double>(random_() >> 8) / 16777216.0 - 1.0; }
   Vec3 vector() {
     const double x = number(), y = number(), z = number();

@@ -39,7 +39,7 @@ TEST_CASE(
     for (const double second : values) {
       const Mat2 random2 = Mat2::NullaryExpr([&] { return number(random); });
       const Mat2 a2 = turned_diagonal<Mat2>(random2, Vec2(first, second));
-      // The tolerances allow for rounding errors, which are proportional to the largest entry.
+      // The tolerances allow for rounding errors, which are proportional to the norm of the matrix.
       CHECK((positive_part(a2) - positive_part_by_iteration(a2)).norm() <= 1e-14 * a2.norm());
       for (const double third : values) {
         const Mat3 random3 = Mat3::NullaryExpr([&] { return number(random); });

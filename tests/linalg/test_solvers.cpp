@@ -53,7 +53,8 @@ TEST_CASE("every method solves the system with terms, bodies and fixed rows") {
     INFO(name_of(method));
     LinearReport report;
     const Points x = solved(system, {method, 1e-12, 2000}, 1, &report);
-    // The condition number is near 100, so a residual of 1e-12 means an error below 1e-10 in x.
+    // The condition number is near 100, so a relative residual of 1e-12 means a relative error of x
+    // below 1e-10.
     CHECK((x - expected).norm() < 1e-10 * expected.norm());
     CHECK(report.converged);
     CHECK(report.iterations >= 1);
@@ -98,8 +99,8 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
     solve(other, first);
     solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
-    // The matrix is the same, but the joint pattern of matrix and terms is not, because there are
-    // fewer terms. The solver must notice this.
+    // `changed` has the matrix of `system` but fewer terms, so the joint pattern of matrix and
+    // terms differs. The solver must notice this.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
     solve(changed, fewer);
@@ -214,9 +215,9 @@ TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
 
 namespace {
 
-// A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, as in a model.
-// Coarse levels are effective here, because springs and masses are equal and the load varies
-// slowly.
+// A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, similar to the
+// vertices of a cloth model. Coarse levels are effective here, because all springs have the same
+// stiffness, all masses are 1, and the load varies slowly.
 RandomSystem smooth_system(Index tiles, double stiffness) {
   const Index side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
@@ -252,7 +253,8 @@ TEST_CASE(
     LinearReport levels, jacobi;
     const Points x = solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &levels);
     const Points expected = solved(system, {LinearMethod::BlockJacobi, 1e-10, 4000}, 1, &jacobi);
-    // The error may exceed the residual, because the smallest eigenvalue is 2.5e-5 of the diagonal.
+    // The relative error may exceed the relative residual, because the smallest eigenvalue is only
+    // 2.5e-5 times the diagonal entries.
     CHECK((x - expected).norm() < 1e-3 * expected.norm());
     solved(system, {LinearMethod::BlockJacobi, 1e-6, 4000}, 1, &jacobi);
     CHECK(levels.iterations < (tiles == 4 ? 0.6 : 0.35) * jacobi.iterations);
@@ -260,8 +262,8 @@ TEST_CASE(
 }
 
 TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") {
-  // The grid is folded in the middle. Each grid point is tied to the point that the fold places on
-  // it, and both have the same load.
+  // The grid is folded in the middle, so that the points of one half lie on points of the other.
+  // Points that lie on each other have the same load. In the second solve, they are also tied.
   const Index tiles = 8, side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
     return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;
@@ -304,8 +306,8 @@ TEST_CASE("a solve with other terms on the same matrix agrees with a first solve
     LinearSystem again = system.view();
     again.terms = &other.terms;
     CHECK(solver->solve(Team{1}, again, system.b, second, memory, Unchanged::Matrix).converged);
-    // All solvers agree to the tolerance. Solvers that keep no preconditioner from the first solve
-    // agree bitwise with a new solver.
+    // Every solver agrees with the direct solution within the tolerance. Solvers that keep no
+    // preconditioner from the first solve also agree bitwise with a new solver.
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
     if (method == LinearMethod::GaussSeidel || method == LinearMethod::Direct)
       CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));
@@ -480,7 +482,7 @@ TEST_CASE("the supernodal factorisation is used by name alone") {
   const Points direct = solved(system, {LinearMethod::Direct, 1e-10, 2000});
   try {
     const Points supernodal = solved(system, {LinearMethod::Supernodal, 1e-10, 2000});
-    // The condition number is near 400, so rounding changes x by less than 1e-12.
+    // The condition number is near 400, so rounding changes x by less than 1e-12 of its norm.
     CHECK((direct - supernodal).norm() < 1e-12 * direct.norm());
     CHECK_FALSE(same_bits(direct, supernodal));
   } catch (const Unsupported& error) {  // this CHOLMOD lacks the module

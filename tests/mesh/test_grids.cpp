@@ -47,7 +47,7 @@ TEST_CASE("a grid numbers vertex j (nx + 1) + i at column i and row j") {
 TEST_CASE(
     "flat meshes have the area of their outline, face +z, are discs, and carry their coordinates "
     "as uv") {
-  // Area of a regular hexagon in a circle of radius 1.
+  // Area of a regular hexagon inscribed in a circle of radius 1.
   const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);
   struct Case {
     TriangleMesh mesh;

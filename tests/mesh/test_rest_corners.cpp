@@ -13,7 +13,7 @@ double signed_area(const Corners2& x) {
          ((x(1, 0) - x(0, 0)) * (x(2, 1) - x(0, 1)) - (x(2, 0) - x(0, 0)) * (x(1, 1) - x(0, 1)));
 }
 
-// Largest difference over the edges of triangle t between the lengths in space and at rest [m].
+// Largest difference between the lengths of an edge of triangle t in space and at rest [m].
 double stretch_error(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   double worst = 0.0;
   for (int c = 0; c < 3; ++c) {

@@ -44,7 +44,7 @@ TEST_CASE(
   // times centroid radius over the parts of the wall's cross-section. The kite in which cone and
   // tube overlap is subtracted, and each rim adds half a disc.
   const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02,
-               s = std::sqrt(0.5);  // cone of 45 degrees
+               s = std::sqrt(0.5);  // sine and cosine of the cone's 45 degrees
   const double half_disc = M_PI * wall * wall / 8.0;
   const double section = wall * height / s * (0.5 * (top + bottom) + 0.5 * wall * s) +
                          wall * tube * (bottom + 0.5 * wall) -

@@ -151,7 +151,7 @@ TEST_CASE("uv that do not fit the mesh are refused by name") {
 TEST_CASE("a triangle folded over in uv is named, a panel mirrored as a whole is accepted") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3);
   Points2 uv = mesh.uv();
-  uv.row(0) << 0.5, 0.5;  // moves the corner of triangles 0 and 1 far to the other side
+  uv.row(0) << 0.5, 0.5;  // moves vertex 0, in triangles 0 and 1, across the whole grid
   CHECK_THROWS_WITH(
       TriangleMesh(mesh.vertices(), mesh.triangles(), uv),
       Contains("triangle 0 must be oriented in uv like most of its panel") && Contains("inverted"));
@@ -236,7 +236,7 @@ TEST_CASE("a moved mesh keeps its shape and uv, and a matrix that is no rotation
 TEST_CASE("a reordered mesh has the same triangles and uv at their new positions") {
   const TriangleMesh mesh = jittered_grid(1.0, 1.0, 5, 4, 0.2);
   std::vector<Index> vertex_order, triangle_order;
-  // This is a permutation, because 30 and 7 are coprime.
+  // `vertex_order` is a permutation, because 30 and 7 are coprime.
   for (Index i = 0; i < mesh.n_vertices(); ++i)
     vertex_order.push_back((7 * i + 3) % mesh.n_vertices());
   for (Index t = 0; t < mesh.n_triangles(); ++t)

@@ -1,6 +1,6 @@
 """Prints the hash of the state after 200 steps of the drape, for each given number of threads.
 
-All ranks must agree. Arguments: scene file, numbers of threads.
+All ranks must hold the same state; rank 0 prints. Arguments: scene file, numbers of threads.
 """
 
 import sys

@@ -46,7 +46,7 @@ def straight():
 def resumes(out, command=(sys.executable,)):
     """Returns whether resuming completes the run with the bits of a run without the fault.
 
-    The run continues from a checkpoint before the fault, which does not occur again.
+    The run continues from a checkpoint before the fault. The fault does not occur again.
     """
     done = subprocess.run(
         [*command, "-m", "loomstone", "resume", str(out)],

@@ -129,8 +129,8 @@ void forget_rows_of_others(RandomSystem& system) {
 
 void solutions_keep_their_bits(const RankProgram& program) {
   // Side 90 gives 64 blocks of rows, so there are several coarse levels. Side 45 gives 16 blocks,
-  // and side 13 gives 2, so that a third rank owns none. Terms couple distant rows, also with
-  // bodies.
+  // and side 13 gives 2, so that a third rank owns none. Terms couple distant rows
+  // with one another and with bodies.
   for (const Index side : {90, 45, 13}) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);
@@ -149,8 +149,8 @@ void solutions_keep_their_bits(const RankProgram& program) {
     const LinearReport again = solve();
     program.claim("a solution is a good guess", again.iterations == 0);
 
-    // The couplings of removed terms remain in the coarse levels for some solves. Each rank decides
-    // for its own rows how long they remain, so this must not change the bits of the solution.
+    // The couplings of removed terms may remain in the coarse levels, depending on the number of
+    // ranks. Their blocks are zero, so they must not change the bits of the solution.
     system.terms.resize(system.terms.size() / 3);
     x = system.x;
     program.claim("the solve with fewer terms converges", solve().converged);

@@ -38,7 +38,7 @@ void rounds_lose_and_repeat_nothing(const RankProgram& program) {
   const std::unique_ptr<Mailbox> mailbox = all.open_mailbox();
   TaskPool pool(*mailbox);
   std::vector<RandomTree> trees;
-  std::vector<Index> first = {0};  // start of the nodes of each tree in `visits`
+  std::vector<Index> first = {0};  // index in `visits` of the first node of each tree
   for (unsigned i = 0; i < 16; ++i) {
     trees.emplace_back(1 + i % 5, 1 + 17 * i, i);
     first.push_back(first.back() + trees.back().size());

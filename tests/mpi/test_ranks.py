@@ -1,4 +1,6 @@
-"""Several ranks give the same bits and errors as one, and only rank 0 prints."""
+"""Runs on several ranks: the same bits as on one rank, output of rank 0 only, reports of waiting,
+resumption on another number of ranks, errors, and communicators of mpi4py.
+"""
 
 import json
 import platform
@@ -55,8 +57,8 @@ def test_a_run_tells_where_its_ranks_are_and_how_long_they_wait(scene, tmp_path)
         rows = 17 * 17
         for i in range(1, len(steps["step"])):
             stages = sum(steps[name][i] for name in steps if name.startswith("seconds."))
-            # The stages are parts of the step of rank 0, so their sum exceeds the wall time by no
-            # more than rounding errors.
+            # The stages are parts of the step of rank 0, which takes at most `wall`. The margin
+            # allows for rounding.
             wall = steps["ranks.most_computing"][i] + steps["ranks.most_waiting"][i]
             assert wall > stages * (1 - 1e-9)
             assert steps["ranks.most_computing"][i] >= steps["ranks.computing"][i] > 0
@@ -64,7 +66,7 @@ def test_a_run_tells_where_its_ranks_are_and_how_long_they_wait(scene, tmp_path)
             parts = [steps[f"ranks.collision_{name}"][i] for name in ("computing", "waiting")]
             assert parts[0] <= steps["ranks.computing"][i] and parts[1] <= steps["ranks.waiting"][i]
             assert (steps["ranks.operations"][i] > 10) == (n == 2)
-            # With two ranks, a rank sends at least the bytes of the positions of half of the rows.
+            # Each of two ranks sends on average at least the positions of half of the rows.
             assert (steps["ranks.bytes"][i] >= 3 * 8 * rows // 2) == (n == 2)
 
 

@@ -1,4 +1,6 @@
-"""The numbers of threads and ranks change no bit, and the ranks share the work evenly."""
+"""The state of a simulation has the same bits on any number of threads and ranks, and the ranks
+share the work evenly.
+"""
 
 import subprocess
 import sys
@@ -226,7 +228,8 @@ def test_a_rank_computes_only_the_rows_it_owns(tmp_path, limited):
         assert {share[3] for share in shares} == {iterations}
         for start, end, done, _ in shares:
             assert end - start <= 1.2 * n_rows / n
-            # Ranks on both sides of a cut compute its triangles. The factor 1.2 allows for this.
+            # Triangles at the boundary between two ranks are computed by both. The factor 1.2
+            # allows for this.
             assert done - by_all <= 1.2 * (whole - by_all) / n
 
 

@@ -16,7 +16,7 @@ class RandomTree {
     std::mt19937 random(seed);
     children_.resize(n_nodes);
     for (Index node = n_roots; node < n_nodes; ++node) {
-      // Parents with small numbers are drawn more often, which makes the branches uneven.
+      // Nodes with small indices are drawn as parents more often, which makes branches uneven.
       const double at = std::uniform_real_distribution<double>(0.0, 1.0)(random);
       children_[static_cast<Index>(at * at * node)].push_back(node);
     }
@@ -29,12 +29,12 @@ class RandomTree {
     for (Index root = rank; root < n_roots_; root += n_ranks) tests.push_back(test(root));
     return tests;
   }
-  // Appends the tests that follow from a test. Returns the node of the given test.
+  // Appends the tests that follow from `given` to `stack`. Returns the node of `given`.
   Index expand(const NodeTest& given, std::vector<NodeTest>& stack) const {
     for (const Index child : children_[given.node_a]) stack.push_back(test(child));
     return given.node_a;
   }
-  // Returns whether a test has the four indices with which it was made.
+  // Returns whether the other three indices of a test are those that belong to its node_a.
   static bool intact(const NodeTest& given) {
     const NodeTest made = test(given.node_a);
     return given.node_b == made.node_b && given.hierarchy_a == made.hierarchy_a &&

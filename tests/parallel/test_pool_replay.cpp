@@ -105,9 +105,10 @@ TEST_CASE("a rank that starts alone and one that has nothing to give both end") 
   const ReplayReport report = replay_dynamic(tests, network);
   CHECK(report.transfers == 0);
   CHECK(report.waves >= 2);
-  // The tree of ranks has three levels below rank 0, so each of the two waves takes six messages in
-  // sequence: three up and three down. The exchange of the numbers of results has nine rounds. Each
-  // message or round takes the latency and some processor time.
+  // The tree of ranks, along which the end is detected, has three levels below rank 0, so each of
+  // the two waves takes six messages in sequence: three up and three down. The exchange of the
+  // numbers of results has nine rounds. Each message or round takes the latency and some processor
+  // time.
   CHECK(report.seconds > (12 + 9) * network.latency);
   CHECK(report.seconds < 2 * (12 + 9) * network.latency);
 }

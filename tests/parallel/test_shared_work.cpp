@@ -169,12 +169,12 @@ TEST_CASE("a new cut of sections keeps the boundaries that are close to their be
   CHECK(best == SectionRanges{{0, 4, 8, 12, 16}, {16, 17, 18, 18, 18}, {18, 18, 18, 19, 20}});
   const SectionRanges present = {{0, 5, 8, 10, 16}, {16, 17, 18, 18, 18}, {18, 18, 18, 18, 20}};
   CHECK(section_ranges(costs, first, present, 0.0) == best);
-  // The cost between the boundaries 5 and 4 is 1, and that between 10 and 12 is 2.
+  // The cost between the present boundary 5 and the best one, 4, is 1. Between 10 and 12, it is 2.
   CHECK(section_ranges(costs, first, present, 0.25) ==
         SectionRanges{{0, 5, 8, 12, 16}, {16, 17, 18, 18, 18}, {18, 18, 18, 19, 20}});
   CHECK(section_ranges(costs, first, present, 1.0) == present);
-  // The first section becomes cheap, and the last one expensive. The present boundaries of the
-  // first two sections, which are then cut together, are 6, 10 and 12.
+  // The first section becomes cheap, and the last one expensive. The first two sections are then
+  // cut together. Counted in pieces of both, their present boundaries are 6, 10 and 12.
   std::fill(costs.begin(), costs.begin() + 16, 0.0f);
   costs[19] = 8.0f;
   CHECK(section_ranges(costs, first, present, 0.05) ==

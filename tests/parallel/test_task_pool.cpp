@@ -25,8 +25,9 @@ bool each_once(const Visits& visits) {
   return std::all_of(visits.begin(), visits.end(), [](int n) { return n == 1; });
 }
 
-// Runs `rounds` rounds of the pool on threads that act as ranks. Successive rounds have different
-// trees. Returns one report per rank, with numbers of tests and messages summed over the rounds.
+// Runs `rounds` rounds of the pool on threads that act as ranks, and checks that every test of a
+// round is performed once. Successive rounds have different trees. Returns one report per rank,
+// with numbers of tests and messages summed over the rounds.
 std::vector<PoolReport> run_rounds(int n_ranks, int threads, int rounds, unsigned seed) {
   ThreadMailboxes mailboxes(n_ranks, 20e-6, seed);
   std::vector<RandomTree> trees;

@@ -32,8 +32,8 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   CHECK(second >= 10);
   CHECK(third == Approx(2 * second).margin(2));
   for (int trial = 0; trial < 10; ++trial) steps_on_one();
-  CHECK(steps_on_one() == Approx(500).margin(2));  // this time is at most 10 s
-  // A successful trial resets this time.
+  CHECK(steps_on_one() == Approx(500).margin(2));  // the minimum time grows to at most 10 s
+  // A successful trial resets the minimum time.
   choice.judge(0.02, 0.02);
   CHECK(steps_on_one() <= 6);
 }

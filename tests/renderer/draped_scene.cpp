@@ -94,8 +94,8 @@ void add_floor(DrapedScene& scene) {
            {{-1, -1, h}, {1, -1, h}, {1, 1, h}, {-1, 1, h}}, {{0, 1, 2}, {0, 2, 3}});
 }
 
-// Fills strain and stretch with smooth synthetic fields, marks vertices near the ball as in
-// contact, and sets velocities to zero.
+// Fills strain and stretch with smooth synthetic fields, marks vertices near the ball (or its place
+// in a scene without it) as in contact, and sets velocities to zero.
 void add_fields(DrapedScene& scene) {
   const FrameTopology& topology = scene.topology;
   Frame& frame = scene.frame;
@@ -118,8 +118,8 @@ void add_fields(DrapedScene& scene) {
 }  // namespace
 
 // The cloth follows the ball from the top to the angle `leaves_at` and then hangs, with folds that
-// grow downwards. The distance r from the middle of the flat cloth becomes the arc length from the
-// top of the ball.
+// grow downwards. Up to this angle, the distance r of a point from the middle of the flat cloth
+// becomes its arc length from the top of the ball.
 DrapedScene draped_scene(Index cells, int subdivisions) {
   DrapedScene scene;
   const double side = 0.62, leaves_at = 1.45;  // leaves_at: angle from the top [rad]

@@ -98,7 +98,7 @@ TEST_CASE("a camera goes through its key frames, smoothly, and stays at the ends
 
 TEST_CASE("framing leaves room for the fall, down to the floor but no further", "[renderer]") {
   DrapedScene flat = flat_scene();
-  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // flat, 0.5 m wide, at a height of 1 m
+  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // lays the cloth at a height of 1 m
     flat.frame.positions.row(v) << flat.frame.positions(v, 0), flat.frame.positions(v, 2), 1.0;
   }
   CHECK(make_framing(flat.topology, flat.frame).low.z() == Approx(0.5));
@@ -119,7 +119,7 @@ TEST_CASE("the picture of a fitted camera stays while the cloth moves", "[render
   Renderer renderer(scene.topology, options);
   const Image before = renderer.render(scene.frame);
   DrapedScene lower = scene;
-  lower.frame.positions.col(2).array() -= 1.0;  // out of sight
+  lower.frame.positions.col(2).array() -= 1.0;  // moves the cloth out of sight
   renderer.render(lower.frame);
   CHECK(n_different(before, renderer.render(scene.frame)) == 0);
 }

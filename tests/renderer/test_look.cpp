@@ -1,4 +1,5 @@
-// Tests of the looks of surfaces, transparent backgrounds, and surface numbers, depths and normals.
+// Tests of the looks of surfaces, of transparent backgrounds, and of images of surface ids, depths
+// and normals.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -93,7 +94,7 @@ TEST_CASE("a texture lies where its uv say, repeats by its width, and shows the 
   {
     const Image image = Renderer(scene.topology, square_options()).render(scene.frame);
     CHECK(strongest(pixel_with_alpha(image, 32, 32)) ==
-          0);  // the first row of the image is the upper edge
+          0);  // the first row of the texture lies at the upper edge of the cloth
     CHECK(strongest(pixel_with_alpha(image, 96, 32)) == 1);
     CHECK(strongest(pixel_with_alpha(image, 32, 96)) == 2);
     const std::array<int, 4> through = pixel_with_alpha(image, 96, 96);
@@ -199,7 +200,7 @@ TEST_CASE("the depth of a plane is its analytic distance along the viewing direc
   options.hidden = "ball";
   Renderer renderer(scene.topology, options);
   renderer.fit(scene.frame);
-  scene.frame.positions.col(2).array() -= 50.0;  // out of sight
+  scene.frame.positions.col(2).array() -= 50.0;  // moves the cloth out of sight
   const SurfaceImages seen = renderer.surfaces(scene.frame);
   const Vec3 forward = (options.camera.target - options.camera.eye).normalized(),
              right = forward.cross(Vec3::UnitZ()).normalized(), up = right.cross(forward);

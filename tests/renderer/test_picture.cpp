@@ -46,8 +46,8 @@ TEST_CASE("the same frame gives the same picture twice, from one renderer and fr
 }
 
 TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[renderer]") {
-  // Half the side of the cloth, 0.25 m, is seen from a distance of 1 m. The tangent of half the
-  // vertical field of view is 0.5, so the square covers half the height of the picture.
+  // The square of cloth is 0.5 m wide and 1 m away. The tangent of half the vertical field of view
+  // is 0.5, so the picture shows a height of 1 m, of which the square covers half.
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = ClothPattern::Plain;
@@ -123,7 +123,7 @@ TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows
 
 TEST_CASE("the shadow map casts no shadow beyond its reach", "[renderer]") {
   // Beyond the reach of the shadow map, the floor must be lit. If lookups outside the map wrapped
-  // around or returned its border, the floor would show shadows there.
+  // around or returned the values at its border, the floor would show shadows there.
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
   options.ambient_occlusion = false;

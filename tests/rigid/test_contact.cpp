@@ -66,7 +66,8 @@ TEST_CASE(
   run(world, state, 1e-3, 1, 1);
   CHECK(world.touching() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
   run(world, state, 1e-3, 9, 1);  // the third cube has fallen 0.5 mm, to 9.5 mm above the floor
-  CHECK(state.velocities(3, 2) < state.velocities(2, 2) + 0.05);  // the fifth cube stops the fourth
+  // The fifth cube has slowed the fourth.
+  CHECK(state.velocities(3, 2) < state.velocities(2, 2) + 0.05);
   CHECK(world.supported() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
   run(world, state, 1e-3, 60, 1);
   CHECK(world.supported() == std::vector<std::uint8_t>{1, 1, 1, 0, 0});
@@ -230,8 +231,8 @@ TEST_CASE("a rising surface throws a ball up at the speed of the point of contac
     if (i * h <= end) carried = state.velocities(0, 2);
   }
   // At the end of its motion, the surface at x = 0 rises at c t = 1 m/s. The tolerance allows for a
-  // slide of the ball towards the hinge, where the surface is slower. The ball then flies freely
-  // for 0.15 s.
+  // slide of the ball towards the edge at rest, where the surface is slower. The ball then flies
+  // freely for 0.15 s.
   CHECK(carried == Approx(1.0).epsilon(0.15));
   CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }

@@ -44,7 +44,7 @@ TEST_CASE("free rotation is of second order in the step") {
   const double coarse = angle_between(turned_in(rotor, 100, 2.0), fine),
                half = angle_between(turned_in(rotor, 200, 2.0), fine);
   CHECK(coarse < 1e-2);
-  CHECK(half == Approx(0.25 * coarse).epsilon(0.02));  // the next term is of fourth order
+  CHECK(half == Approx(0.25 * coarse).epsilon(0.02));  // the next error term is of fourth order
 }
 
 TEST_CASE("free rotation can be run backwards") {

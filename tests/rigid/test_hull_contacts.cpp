@@ -1,5 +1,5 @@
 // Tests of contacts of convex polyhedra with triangles, and of bodies with few corners that
-// are thrown on triangles.
+// are thrown or lie on triangles.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -14,7 +14,7 @@ using namespace loomstone;
 
 namespace {
 
-// Returns the contacts of a hull at a pose, in world axes.
+// Returns the contacts between a hull at a pose and the triangles of a mesh, in world coordinates.
 std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const ConvexPolyhedron& hull,
                                      const Vec3& at, const Mat3& turned, double near) {
   std::vector<std::array<Vec3, 3>> triangles;
@@ -91,8 +91,8 @@ TEST_CASE(
           return a.gap < b.gap;
         })->gap == Approx(-1e-4).margin(1e-12));
 
-  // Two cubes are turned by 45 degrees, so that an edge of the hull crosses an edge of the mesh at
-  // a right angle.
+  // Hull and mesh are cubes, each turned by 45 degrees, so that an edge of the hull crosses an edge
+  // of the mesh at a right angle.
   const TriangleMesh roof = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI / 4));
   const auto cross =
       contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),
@@ -210,8 +210,8 @@ TEST_CASE(
     CHECK(in_corner.speed < 1e-9);
     CHECK(std::abs(in_corner.at.z() - 0.005) < 1e-6);
   }
-  // The body is larger than the obstacle it lies on. No side face of the obstacle counts as a
-  // support.
+  // The body is larger than the obstacle it lies on. The side faces of the obstacle must not count
+  // as supports.
   for (const Index cells : {1, 8}) {
     const RigidObstacle post{shared(box(0.04, 0.03, 0.02, cells).moved(Vec3(0, 0, -0.01))), 0.3,
                              Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};

@@ -107,7 +107,7 @@ TEST_CASE("restoring and saving at once keeps the state") {
   world.save(copy);
   CHECK((copy.positions - state.positions).norm() == 0.0);
   // The copy can lack contact manifolds of pairs whose bounding boxes separated in the last step,
-  // and have additional ones of pairs whose boxes met, so the two numbers agree only roughly.
+  // and have additional ones of pairs whose boxes met, so the two sizes agree only roughly.
   CHECK(copy.manifolds.size() > 0.8 * state.manifolds.size());
   CHECK(copy.manifolds.size() < 1.2 * state.manifolds.size());
 }

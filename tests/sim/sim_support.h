@@ -1,5 +1,5 @@
-// Helpers for the tests of simulations: mesh pointers, step options, and equality of the numbers in
-// checkpoints.
+// Helpers for the tests of simulations: mesh pointers, step options, and equality of checkpoints,
+// apart from their texts.
 #pragma once
 
 #include <memory>

@@ -37,7 +37,7 @@ Scene sheets(Index cells) {
 struct Ran {
   Checkpoint state;
   StepReport report;
-  std::map<std::string, std::size_t> bytes;  // size of each part, maximum over the ranks
+  std::map<std::string, std::size_t> bytes;  // size of each part of the memory; maximum over ranks
 };
 
 Ran run(const Scene& scene, const IntegratorOptions& options, int n_ranks, int steps) {
@@ -106,14 +106,15 @@ TEST_CASE("the memory of elements, matrix and solver falls with the number of ra
     CHECK(fraction(part, two) < 0.64);
     CHECK(fraction(part, four) < 0.4);
   }
-  // A rank stores the boxes of the features that it compares, and its neighbour lists. Their share
-  // depends on measured times. Every rank stores the clusters of all surfaces and some vectors of
-  // all rows. The measured fractions on four ranks are 0.72 for hierarchies and 0.4 for lists.
+  // A rank stores the boxes of the features that it compares, and its neighbour lists. How many
+  // boxes and lists it stores depends on measured times. Every rank stores the clusters of all
+  // surfaces and some vectors of all rows. The measured fractions on four ranks are 0.72 for
+  // hierarchies and 0.4 for lists.
   CAPTURE(four["hierarchies"], one["hierarchies"], four["neighbour_lists"], one["neighbour_lists"]);
   CHECK(static_cast<double>(four["hierarchies"]) < 0.82 * static_cast<double>(one["hierarchies"]));
   CHECK(static_cast<double>(four["neighbour_lists"]) <
         0.55 * static_cast<double>(one["neighbour_lists"]));
-  // For the sum of all parts, the measured fraction is 0.38.
+  // For the sum of all parts, the measured fraction on four ranks is 0.38.
   const auto total = [](const std::map<std::string, std::size_t>& bytes) {
     double sum = 0.0;
     for (const auto& part : bytes) sum += static_cast<double>(part.second);

@@ -249,8 +249,8 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // Because nu is 0, the strip does not contract laterally, and the clamps at its ends cause no
-  // error. The springs that attach the strip to the body (3e4 N/m per vertex) add 1e-5 m.
+  // Because Poisson's ratio is 0, the strip does not contract laterally, and the clamps at its ends
+  // cause no error. The springs that attach the strip to the body (3e4 N/m per vertex) add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 

@@ -1,6 +1,6 @@
 // Threads that last until the program ends, for tests in which threads act as ranks. The libomp of
 // LLVM 14, which tests under the thread sanitizer use, crashes in __kmpc_free and
-// __kmpc_end_critical, because it uses memory of ended threads that had called OpenMP.
+// __kmpc_end_critical, because it accesses memory of ended threads that had used OpenMP.
 #pragma once
 
 #include <omp.h>

@@ -12,8 +12,8 @@ import loomstone as ls
 import numpy as np
 
 # Largest fraction of pixels that may differ by more than 2/255. Where an edge passes through a
-# sample, drivers may round to either side of it. The bound is ten times the fraction of such
-# pixels that docs/wheel.md reports.
+# sample, drivers may round the edge to either side of the sample. The bound is ten times the
+# fraction of such pixels that docs/wheel.md reports.
 ROUNDED = 2e-4
 
 

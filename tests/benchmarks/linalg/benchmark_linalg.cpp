@@ -62,8 +62,8 @@ std::vector<std::pair<Index, Index>> ordered_couplings(Index side) {
   return couplings;
 }
 
-// Unit masses, and springs whose directions are (1, 0, 0), (0, 1, 0) and (1, 1, 0) in turn. A
-// spring's transverse stiffness is a tenth of `stiffness`.
+// Matrix of unit masses and of springs whose directions are (1, 0, 0), (0, 1, 0) and (1, 1, 0) in
+// turn. Each spring has `stiffness` along its direction, and a tenth of it in the others.
 BlockMatrix cloth_like(Index side, double stiffness) {
   const auto couplings = ordered_couplings(side);
   BlockMatrix matrix(side * side, couplings);

@@ -98,7 +98,7 @@ def cloth_options(
 
 
 def add_cloths(random: np.random.Generator, mixture: Mixture) -> None:
-    """Adds one to three sheets, above one another or turned at random."""
+    """Adds one to three sheets above one another: all level, or each turned at random."""
     turned = random.random() < 0.35
     size = mixture.size
     for index in range(int(random.integers(1, 4))):
@@ -142,7 +142,7 @@ def add_obstacles(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_bodies(random: np.random.Generator, mixture: Mixture) -> None:
-    """Adds balls and boxes above the cloths. Some of these bodies carry magnets or coils."""
+    """Adds up to four balls and boxes above the cloths. Some of them carry magnets or coils."""
     size, top = mixture.size, mixture.highest()
     for index in range(int(random.choice([0, 0, 1, 2, 4]))):
         radius, name = size * random.uniform(0.04, 0.12), f"body {index}"

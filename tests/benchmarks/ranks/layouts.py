@@ -1,10 +1,11 @@
-"""Compares the digests of scenes on several numbers of ranks and threads, in all decompositions.
+"""Compares digests of scenes on several numbers of ranks and threads, with three decompositions.
 
     python tests/benchmarks/ranks/layouts.py [--scenes twist stack] [--layouts 1x1 2x2 7x1]
 
-Starts itself with mpirun, once for each layout (ranks x threads). Layouts with several ranks run a
-second time with LOOMSTONE_ROTATE_OWNERS, which gives the neighbour lists to other ranks in every
-search. Ends with exit status 1 if two digests of a scene differ.
+Starts itself once for each layout (ranks x threads), with mpirun if there are several ranks. Each
+layout with several ranks runs a second time with LOOMSTONE_ROTATE_OWNERS, which gives the neighbour
+lists to other ranks in every search. These second runs, and all runs of asynchronous scenes,
+use only the decomposition `predicted`. Ends with exit status 1 if two digests of a scene differ.
 """
 
 import argparse
@@ -37,7 +38,7 @@ ROTATE = "LOOMSTONE_ROTATE_OWNERS"
 
 
 def simulate(given: argparse.Namespace) -> None:
-    """Prints the digest of each scene in each decomposition, on rank 0."""
+    """Prints, on rank 0, the digest of each scene in each decomposition that the scene uses."""
     ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
     sys.path.insert(0, str(SCENES))
     for name in given.scenes:

@@ -22,7 +22,7 @@ Scene scene_with(const TriangleMesh& mesh, const Points& velocities, bool collis
   scene.cloths.push_back(cloth);
   scene.collisions = collisions;
   if (!collisions) return scene;
-  scene.allow_initial_intersections = true;  // interpolated positions may intersect slightly
+  scene.allow_initial_intersections = true;  // interpolated cloth may cross itself or the sphere
   const TriangleMesh ball = icosphere(radius, 4);
   Points x = ball.vertices();
   x.rowwise() += Vec3(0.03, 0.02, 0.0).transpose();

@@ -1,5 +1,5 @@
-"""Plots the output of `benchmark_step growth`: time per step and solver iterations over the number
-of triangles.
+"""Plots the output of `benchmark_step growth` over the number of triangles: the time of a step in
+units of the time of a matrix-vector product, and the iterations of the solver.
 
     build/tests/benchmarks/step/benchmark_step growth > growth.txt
     python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
@@ -17,7 +17,7 @@ LINES = {"pcg": "o-", "block-jacobi": "^:", "supernodal": "s--"}
 
 
 def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
-    """Maps (solver, step [ms]) to rows of (triangles, iterations, block products per step)."""
+    """Maps (solver, step [ms]) to rows of (triangles, iterations, step time / product time)."""
     series: dict[tuple[str, float], list[tuple[int, int, float]]] = {}
     for line in path.read_text().splitlines():
         word = line.split()

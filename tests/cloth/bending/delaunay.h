@@ -6,13 +6,13 @@
 namespace loomstone::test {
 
 // Triangulates points (n x 3, z = 0) of a rectangle by the algorithm of Bowyer, Comput. J. 24
-// (1981). The points include the four corners of the rectangle.
+// (1981). The points must include the four corners of the rectangle.
 Triangles delaunay(const Points& points);
 
 // Mesh of the rectangle [x0, x1] x [0, width] with boundary points spaced about h apart. Around
 // each inner node of a grid of this spacing, a cell contains one random point. Each round of
-// smoothing moves the inner points to the mean of their neighbours. Without smoothing, the mesh can
-// contain slivers.
+// smoothing moves every inner point to the mean of its neighbours and triangulates all points
+// again. Without smoothing, the mesh can contain slivers.
 struct PointMesh {
   Points points;
   Triangles triangles;

@@ -1,5 +1,5 @@
-// Tests of bending compared with beam theory. A clamp is at least two prescribed rows of vertices,
-// with edges along the clamp line. The Poisson ratio is 0 unless stated otherwise.
+// Tests of bending compared with beam and plate theory. A clamp is at least two prescribed rows of
+// vertices, with edges along the clamp line. The Poisson ratio is 0 unless stated otherwise.
 #include <catch2/catch.hpp>
 
 #include <cmath>

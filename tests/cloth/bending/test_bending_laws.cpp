@@ -179,7 +179,8 @@ TEST_CASE(
   Points rigid(n, 3);
   const Vec3 omega(0.3, -1.0, 0.7), shift(1.0, 2.0, -3.0);
   for (Index i = 0; i < n; ++i) rigid.row(i) = (shift + omega.cross(Vec3(x.row(i)))).transpose();
-  // The scale is the damping force for random velocities that are about as large as the rigid ones.
+  // The scale is the damping force for random velocities that are about as large as those of the
+  // rigid motion.
   const double scale = (d * flat(noise(n, 3.0, 6))).norm();
   CHECK((forces(*bending, x, rigid) - elastic).norm() <= 1e-12 * scale);
 }

@@ -103,7 +103,7 @@ TEST_CASE("a fold that passes through itself comes back from the other side") {
     at.row(0) << 0.0, std::cos(angle), std::sin(angle);
     return at;
   };
-  // Torque on the free triangle, positive towards larger angles.
+  // Torque about the fold on the triangle of vertex 0 [N m], positive towards larger angles.
   const auto opening = [&](double angle) {
     Points force = Points::Zero(4, 3);
     bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
@@ -216,7 +216,7 @@ TEST_CASE(
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
-    // The noise can invert triangles.
+    // The noise can invert triangles; meshes with inverted triangles are skipped below.
     x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {

@@ -66,7 +66,8 @@ inline Vec3 angular_momentum(const Vector& mass, const Points& x, const Points& 
 }
 
 // Equilateral, right-angled, sliver and low isosceles triangles. Matrix A1 of (3.12) in
-// [Thomaszewski2010] is singular if the third corner lies above the middle of the base.
+// [Thomaszewski2010] is singular if the third corner lies above the middle of the base, as in the
+// first and in the last of these triangles.
 inline std::vector<Corners2> shapes() {
   Corners2 equilateral, right, sliver, middle;
   equilateral << 0, 0, 0.01, 0, 0.005, 0.008660254037844387;

@@ -14,7 +14,7 @@ LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
   return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
 }
 
-// Upper and lower limits that many strain components of a deformed sheet exceed.
+// Upper and lower limits. Many strain components of a deformed sheet lie beyond them.
 StrainLimit exceeded() {
   StrainLimit limit;
   limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;
@@ -35,7 +35,7 @@ Sheet isotropic_sheet() {
   return make_sheet(material);
 }
 
-// Sheet stretched uniformly along weft.
+// Returns the vertices of a sheet that is stretched uniformly along weft.
 Points stretched(const TriangleMesh& mesh, double strain) {
   Points x = mesh.vertices();
   x.col(0) *= 1.0 + strain;
@@ -54,7 +54,7 @@ double tension(Sheet& s, const Points& x) {
 
 TEST_CASE("within its limits a sheet has no second phase") {
   Sheet s = make_sheet(orthotropic());
-  StrainLimit limit;  // all strains of the sheet are within it
+  StrainLimit limit;  // wide enough for all strains of the deformed sheet
   limit.weft = limit.warp = 2.0, limit.shear = 1.0;
   limit.weft_min = limit.warp_min = -0.9;
   LimitPhase phase = phase_of(s, limit);
@@ -142,13 +142,13 @@ TEST_CASE("a slow recovery adds viscosity far beyond a limit, but changes no str
     const double more = tension(s, stretched(s.mesh, strain + 1e-6)) - at_start;
     return std::pair(at_start, more);
   };
-  // Within the third phase nothing changes.
+  // Within the third phase, `recovery` has no effect.
   CHECK(tensions(0.104, 0.1) == tensions(0.104, 1.0));
   const auto [force, slope] = tensions(0.3, 1.0);
   const auto [same_force, steeper_slope] = tensions(0.3, 0.1);
   CHECK(same_force == Approx(force).epsilon(1e-12));
-  // The factor is below 10, because the slope also contains the stress, which does not depend on
-  // `recovery`.
+  // The ratio of the slopes is below 1.0 / 0.1 = 10, because each slope also contains a part from
+  // the stress, which does not depend on `recovery`.
   CHECK(steeper_slope > 5.0 * slope);
 }
 
@@ -173,8 +173,10 @@ TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its li
   };
   CHECK(added(0.0905, 0.0, yields.data()) == added(0.0905, 0.0, nullptr));  // below the bound
   for (const double strain : {0.095, 0.12, 0.2}) {
-    // `beyond` is the bound on the stress divided by 300 times the modulus: 0.02 of its value at
-    // the start of the fourth phase, 10.5 times the margin, plus 0.2 of the strain in the phases.
+    // `beyond` is the bound on the stress S, divided by the stretch and by 300 times the modulus.
+    // It is 0.2 times the strain above 0.09, where the second phase begins, plus 0.02 times the
+    // value that `beyond` has without yielding at the start of the fourth phase. This value is 10.5
+    // times the margin of 0.01.
     const double beyond = 0.02 * 10.5 * 0.01 + 0.2 * (strain - 0.09);
     const double expected = 0.2 * 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(added(strain, 0.0, yields.data()) == Approx(expected).epsilon(1e-9));

@@ -265,8 +265,8 @@ TEST_CASE("clusters are dealt out in ranges of equal costs, which one in eight s
   CHECK(deal.known());
   CHECK(deal.starts() == std::vector<std::size_t>{0, 3, 8});
   for (int search = 1; search < SearchDeal::interval; ++search) CHECK(!deal.begin(2));
-  // The costs of an earlier search do not count. A test that seems to take a second was interrupted
-  // and counts 20 us.
+  // The costs of an earlier search do not count. A test that seems to take a second was probably
+  // interrupted, so it counts as 20 us.
   REQUIRE(deal.begin(1));
   deal.add(0, 7, 1.0);
   deal.add(0, 1, 20e-6);

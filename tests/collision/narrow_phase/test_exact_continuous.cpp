@@ -75,7 +75,7 @@ TEST_CASE("motions within one plane, along one line and without motion are decid
   CHECK(in_plane(Vec3(0.25, 0.25, 0), Vec3(0.25, 0.25, 0)));
   CHECK(in_plane(Vec3(0.5, 0.5, 0), Vec3(0.5, 0.5, 0)));
   CHECK_FALSE(in_plane(Vec3(0.75, 0.75, 0), Vec3(0.75, 0.75, 0)));
-  // Edges on one line stay apart, meet during the motion, or pass side by side.
+  // Edges on one line stay apart or meet during the motion, and parallel edges pass side by side.
   const auto on_line = [](double shift, double offset) {
     return meet({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0),
                  Vec3(shift, 0, 0), Vec3(1 + shift, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0)},
@@ -211,9 +211,10 @@ TEST_CASE("floating-point proofs and separating planes agree with integer arithm
 // verdicts.
 namespace {
 
-// Checks all queries of a file. The exact test is never wrong or late. The conservative test misses
-// no impact, is never late, and reports false impacts for at most the fraction `bound` of the
-// queries. without_separated() removes no impact.
+// Checks all queries of a file. The exact test must never be wrong. The conservative test must miss
+// no impact, and report false impacts for at most the fraction `bound` of the queries. Neither test
+// may report an impact later than the upper bound on the first contact time. without_separated()
+// must remove no query with an impact.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);

@@ -27,7 +27,8 @@ Vec3 angular(const Points& x, const Points& change) {
 struct GapsOfSlide {
   double distance, speed, smallest_gap, largest_gap;
 };
-// Moves free vertices on a tilted plane by symplectic Euler.
+// Moves the free vertices of a sheet on a floor under tilted gravity by symplectic Euler, with
+// repelling impulses.
 GapsOfSlide gaps_of_slide(double slope, double h, double duration) {
   TestScene scene = make_scene(
       {{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 1e-3)), Kind::Cloth, 1e-3, 0.3},

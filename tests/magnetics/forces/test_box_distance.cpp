@@ -55,7 +55,7 @@ TEST_CASE("distances of random boxes agree with alternating projections") {
         Vec3(4.0 * normal(random), 4.0 * normal(random), 4.0 * normal(random)),
         Vec4(normal(random), normal(random), normal(random), normal(random)).normalized()};
     // If faces are nearly parallel, alternating projections converge slowly. The margin allows for
-    // the errors that they leave.
+    // the error that remains after the last projection.
     CHECK(distance(pose.position, pose.orientation) == Approx(by_projections(pose)).margin(2e-3));
   }
 }

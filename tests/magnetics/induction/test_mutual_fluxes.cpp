@@ -12,8 +12,9 @@ using namespace loomstone;
 
 namespace {
 
-// Tolerances relative to the size of fluxes and forces. Clusters that are far apart interact by
-// interpolation at 6 x 6 nodes. In forces, the errors of interpolation partly cancel.
+// Tolerances relative to the size of fluxes and forces. Clusters of panels that are far apart
+// interact by interpolation at 6 nodes in each direction. In forces, the errors of interpolation
+// partly cancel.
 constexpr double flux_tolerance = 3e-6, force_tolerance = 1e-6;
 
 // Panels of a flat cuboid in a coarse and a fine grid, with the weights 1 - share and share.
@@ -98,8 +99,8 @@ TEST_CASE("fluxes between bodies equal sums over all panels") {
     const PanelSet &on, &by;
     RigidPose pose;
   };
-  // The cases combine two sets whose grids have equal weights (shares), two sets with different
-  // weights, and curved surfaces.
+  // Each case is a pair of panel sets: with equal weights of their grids (shares), with different
+  // weights, or with curved surfaces.
   std::vector<Case> cases = {{cuboid, other, poses[1]},
                              {round, cuboid, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
                              {cuboid, round, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},

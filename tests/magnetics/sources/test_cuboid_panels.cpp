@@ -47,7 +47,8 @@ TEST_CASE("the panels of a cuboid cover its surface and mirror those of an octan
         area += panels[i].area;
         sum += panels[i].area * panels[i].normal;
         const Vec3 mirror(i / n & 1 ? -1 : 1, i / n & 2 ? -1 : 1, i / n & 4 ? -1 : 1);
-        // The centres differ by rounding, because their corners are summed in a different order.
+        // The centre of a panel and the mirrored centre differ by rounding, because the corners of
+        // the two panels are summed in different orders.
         CHECK((panels[i].centre - panels[i % n].centre.cwiseProduct(mirror)).norm() < 1e-14);
       }
       CHECK(area == Approx(faces));
@@ -60,7 +61,7 @@ TEST_CASE("longer edges of a cuboid have a multiple of the cells of its shortest
   CHECK(cells_of({1, 1, 1}, 16) == std::array{16, 16, 16});
   CHECK(cells_of({10, 5, 1}, 16) == std::array{64, 48, 16});
   CHECK(cells_of({1, 10, 5}, 12) == std::array{12, 48, 36});
-  // The number of panels is limited.
+  // The number of panels is limited, so long edges have fewer cells than their length requires.
   CHECK(cells_of({100, 100, 1}, 8) == std::array{24, 24, 8});
   CHECK(cells_of({1, 1e4, 1}, 8) == std::array{8, 72, 8});
 }

@@ -60,7 +60,8 @@ ROOMS = {
     "core/sim": [{"scene"}, {"model"}, {"step"}, {"record"}],
 }
 
-# Headers of external libraries, and the only files that may include them.
+# Regular expressions for headers of external libraries, and for the only files of core, renderer
+# and bindings that may include them.
 DOORS = {
     r"<fmt/": r"core/base/message\.h$",
     r"<omp\.h>|#pragma omp": r"core/parallel/",

@@ -1,4 +1,4 @@
-"""Descriptions, such as ls.Cloth, are frozen, compare by value, and name invalid values."""
+"""Descriptions such as ls.Cloth are frozen, compare by value and name the field that is invalid."""
 
 from pathlib import Path
 

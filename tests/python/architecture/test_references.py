@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 REFERENCES = ROOT / "core" / "references.md"
-# Matches [Author1984] and the only key without a year.
+# Matches keys such as [Author1984], and fdlibm, the only key without a year.
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{2,4}[a-z]?|fdlibm)\]")
 # Matches a path from the repository's root that is neither part of another path nor a pattern.
 FOLDERS = "bindings|core|docs|python|renderer|scenes|scripts|tests"

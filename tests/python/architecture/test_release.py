@@ -1,4 +1,4 @@
-"""The version is that of CMakeLists.txt everywhere, and changes are described for the changelog."""
+"""The version is that of CMakeLists.txt everywhere; fragments of the changelog have valid names."""
 
 import re
 from pathlib import Path
@@ -20,7 +20,7 @@ VERSION = first(r"^project\(loomstone VERSION ([0-9.]+)", "CMakeLists.txt")
 
 
 def wrongly_named(names):
-    """Returns the names that are not NAME.TYPE.md with a known type and no dot in NAME."""
+    """Returns the names not of the form NAME.TYPE.md, where TYPE is known and NAME has no dot."""
     wanted = re.compile(rf"[^.]+\.({'|'.join(TYPES)})\.md")
     return sorted(name for name in names if not wanted.fullmatch(name))
 

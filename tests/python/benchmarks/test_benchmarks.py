@@ -16,7 +16,7 @@ MODULES = (
     "fault_trials.py",
     "fault_scenes.py",
 )
-# Folders of modules that other programs import, and of programs for Blender.
+# Folders of modules that programs import, and of programs that run inside Blender.
 HELPERS = tuple(BENCHMARKS / name for name in ("peer_helpers", "random_parts", "inside_blender"))
 PROGRAMS = sorted(
     p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES and p.parent not in HELPERS

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 BENCHMARKS = Path(__file__).resolve().parents[3] / "tests" / "benchmarks"
-# Stands for the script of another program. It writes two frames of a square of two triangles, which
-# is stretched by 20 % in the second frame.
+# Stands in for the script of another program. It writes two frames of a square of two triangles,
+# which is stretched by 20 % along x in the second frame.
 SCRIPT = """
 import json, os, sys
 import numpy as np

@@ -8,7 +8,10 @@ MU, GAP = 0.3, 1e-3
 
 
 def incline(slope, step, cells=4):
-    """A sheet on a plane. Gravity is tilted so that the plane slopes down along x."""
+    """Returns a simulation of a sheet on a plane.
+
+    Gravity is tilted so that the plane slopes down along x.
+    """
     angle = np.arctan(slope)
     mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved((0.0031, 0.0017, 0.9995 * GAP))
     # The plane consists of two triangles, and the sheet lies across their common edge.

@@ -183,7 +183,8 @@ class Hull:
             if time.sign_of(self.dot[i, j]) < 0 and all(turn(i, j, k) == 0 for k in range(3)):
                 return True
         for i, j, m in combinations(range(self.n), 3):
-            # The three normals are parallel, so any nonzero coordinate shows their directions.
+            # The three cross products are parallel, because origin and corners are coplanar. The
+            # signs of any nonzero coordinate thus show whether they point in the same direction.
             for k in range(3):
                 signs = {turn(i, j, k), turn(j, m, k), turn(m, i, k)}
                 if signs in ({1}, {-1}):
@@ -213,8 +214,8 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         start = [a - b for a, b in zip(points[i], points[j], strict=True)]
         end = [a - b for a, b in zip(points[4 + i], points[4 + j], strict=True)]
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
-    # There is no contact if one coordinate of all corners has the same sign at all times, or if the
-    # triple product keeps its sign.
+    # There is no contact if one coordinate has the same sign at all corners and all times, or if
+    # the triple product of the first three corners keeps its sign.
     for k in range(3):
         ends = [
             s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))

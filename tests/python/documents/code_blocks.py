@@ -1,12 +1,13 @@
 """The code blocks of a Markdown page, and how they run.
 
 Every block names its language. Blocks of Python and of the shell run in order, in a directory that
-stands for the root of the repository. Four remarks in the text before a block change this:
+stands in for the root of the repository. Four remarks in the text before a block change this:
 
-- a sentence with "save" and one `name` in backticks, ending in a colon: the block is this file
+- a sentence with "save" and one `name` in backticks, ending in a colon: the block is first saved as
+  this file
 - `<!-- not run: reason -->`: the block does not run
 - `<!-- runs nightly: reason -->`: the block runs only with the slow tests
-- `<!-- output -->`: the block is what the preceding block prints (`difference`)
+- `<!-- output -->`: the block shows what the preceding block prints; `difference` compares both
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ def agree(line: str, given: str) -> bool:
 
 
 def last_digit(number: str) -> float:
-    """Returns one unit of the last digit of a number with decimals, and 0 for a whole number."""
+    """Returns one unit of the last decimal of a number, and 0 for a number without decimals."""
     digits, _, power = number.partition("e")
     decimals = len(digits.partition(".")[2])
     return 10.0 ** (int(power or 0) - decimals) if decimals else 0.0

@@ -42,13 +42,15 @@ def test_mutual_inductances_are_those_of_their_circles():
             of_circles(a, b, distance), rel=1e-10
         )
     x, w = np.polynomial.legendre.leggauss(40)
-    # The radii of the coils differ, so the integrand is smooth, and the error is only rounding.
+    # The radii of the coils differ, so the integrand is smooth, and the quadrature is exact up to
+    # rounding.
     heights = np.abs(0.02 * x[:, None] - 0.02 * x - 0.03)
     wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
     assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
     assert M.mutual_inductance(one, two.rotated((np.pi, 0, 0))) == pytest.approx(-wanted, rel=1e-5)
-    # At unit currents, the force must equal the derivative of the mutual inductance.
+    # At unit currents, the force along x must equal the derivative of the mutual inductance with
+    # respect to a displacement of `beside` along x.
     beside, step = two.moved((0.07, 0.02, 0)).rotated((0.5, 0.2, 0)), 1e-5
     ends = [
         M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)
@@ -132,7 +134,9 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
 
 
 def moving(step: float, steps: int) -> ls.Simulation:
-    """A driven coil, a shorted coil and a coil with given current, which approach and rotate."""
+    """Simulates `steps` steps of a driven coil, a shorted coil and a coil with given current, which
+    approach one another and rotate.
+    """
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
     bodies = [
         ls.RigidBody(
@@ -233,7 +237,7 @@ def passing(name: str, sense: float) -> dict:
 
 
 def flux(z):
-    """Flux linkage [T m^2] of the dipole with all turns of the loop, at z [m] along the axis."""
+    """Flux linkage [T m^2] of the dipole with all turns of the loop at an axial distance z [m]."""
     return TURNS * 2e-7 * np.pi * MOMENT * RADIUS**2 / (RADIUS**2 + z**2) ** 1.5
 
 
@@ -305,7 +309,8 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)
-    # Field on the axis as a power series in z.
+    # Coefficients of the field on the axis as a power series in the height z above the ball's
+    # centre.
     field = current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n
     potential = np.append(0.0, -field / (n + 1))  # coefficients of the powers of z
     degree = n[1:]
@@ -316,7 +321,9 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
 
 
 def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
-    """A soft ball below a loop, and beside them a body for `magnets`. All bodies are free."""
+    """A magnetisable ball below a loop, and beside them a body for `magnets`. All three bodies are
+    free.
+    """
     bodies = [
         ls.RigidBody(
             name="ball",

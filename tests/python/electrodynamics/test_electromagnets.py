@@ -109,7 +109,7 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         mass = ls.meshes.mass_properties(scene.bodies[0]).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
-        # Force and inductance come from different integrals.
+        # Force and inductance come from different integrals, so their errors differ.
         assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(
             force, rel=2e-3
         )
@@ -117,8 +117,8 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
 
 
 def falling(magnets=(), **given) -> ls.Scene:
-    """A soft ball flies through a loop with a circuit. Next to them is a body for `magnets` and for
-    an optional second coil. All bodies are free.
+    """A magnetisable ball flies through a loop with a circuit. Next to them is a body for `magnets`
+    and for an optional second coil. All bodies are free.
     """
     places = {  # positions of bodies [m]; "coil" carries the loop 6 cm beside it
         "ball": (0, 0, 0),

@@ -191,7 +191,8 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
 @pytest.mark.parametrize("what", ["compass", "pair"])
 def test_magnets_that_swing_keep_their_energy_for_a_thousand_periods(what):
     """The energy changes by less than 1e-3 of the largest kinetic energy and does not drift.
-    tests/benchmarks/librations.py simulates ten times as many periods. Both use default sub-steps.
+    tests/benchmarks/librations.py simulates ten times as many periods. This test and the benchmark
+    use default sub-steps.
     """
     swing, drift = librations.energies(*getattr(librations, what)(), 1000)
     assert swing < 1e-3 and drift < 1e-5
@@ -371,7 +372,7 @@ def test_iron_balls_that_stick_to_a_magnet_come_to_rest_in_few_sub_steps(scene):
 
 
 def magnetised_ball() -> ls.magnetics.MagneticBody:
-    """Returns a soft ball in the magnetised state that `induce` returns."""
+    """Returns a magnetisable ball in the magnetised state that `induce` returns."""
     ball = M.soft_sphere(radius=0.005, susceptibility=10.0)
     return M.induce(ball, field=(0, 0, 1)).bodies[0]
 

@@ -63,9 +63,10 @@ def test_a_magnet_floats_above_a_superconducting_plate():
         c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
     )
     rest, frequency = resting_place(case)
-    # The plate is only four times as wide as the height of the magnet. Its force is therefore a few
-    # per cent weaker than that of an infinite plane. The force is proportional to height^-4, so the
-    # relative change of the equilibrium height is a quarter of this.
+    # The table is for an infinite plane. The plate is only four times as wide as the height of the
+    # magnet above it, so its force on the magnet is a few per cent weaker than that of the plane.
+    # The force is proportional to height^-4, so the equilibrium height is lower by a quarter of
+    # this percentage.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)

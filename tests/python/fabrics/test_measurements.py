@@ -101,7 +101,7 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
         assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(
             np.tan(np.radians(degrees)), rel=1e-3
         )
-    # At this angle, the overhang is twice the bending length. Therefore standards define the
+    # At 41.5 degrees, the overhang is twice the bending length. Therefore standards define the
     # bending length as half of the overhang.
     assert overhang_of_elastica(41.5) == pytest.approx(2.0, rel=1e-3)
     with pytest.raises(ls.InvalidInput, match=r"chord_degrees must be in \(0, 88\), got"):
@@ -118,8 +118,8 @@ def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(n
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp prevents twisting and thereby stiffens strips. The effect is 5 % at a width of
-    25 mm and vanishes with the width.
+    """The clamp prevents twisting and thereby stiffens strips on the bias. The effect is 5 % at a
+    width of 25 mm and vanishes with the width.
     """
     wide, narrow = (
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error

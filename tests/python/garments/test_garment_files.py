@@ -39,8 +39,8 @@ def skirt(gap: float = 2.0) -> dict:
         "front": rectangle((0, 100, gap / 2)),
         "back": rectangle((0, 100, -gap / 2), clockwise=True),
     }
-    # Numbers of the edges, as seen from the front. Front: 0 hem, 1 right, 2 waist, 3 left. Back: 0
-    # hem, 1 left, 2 waist, 3 right.
+    # Indices of the edges. Front: 0 hem, 1 right, 2 waist, 3 left. Back: 0 hem, 1 left, 2 waist,
+    # 3 right. Left and right are those of an observer in front of the skirt.
     stitches = [
         [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}],
         [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}],
@@ -73,7 +73,8 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
     assert front[:, 1].mean() < garment.mesh.vertices[garment.groups["back"]][:, 1].mean(), (
         "the front looks to -y"
     )
-    # The panels face outward, so the volume between the skirt and its centroid is positive.
+    # The panels face outward, so the signed volume between the skirt and its centroid is
+    # positive.
     corners = garment.mesh.vertices[garment.mesh.triangles] - garment.mesh.vertices.mean(0)
     assert np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0
 

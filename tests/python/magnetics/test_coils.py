@@ -107,7 +107,7 @@ def test_energy_balances_with_second_order(case):
             sim.step()
         errors.append(abs(balance(sim) - start))
     # Each kick satisfies the balance to rounding. The error due to the motion between kicks is of
-    # second order in the step. The magnet's fall in uniform gravity contributes none.
+    # second order in the step. The magnet's fall in uniform gravity contributes no error.
     assert errors[1] < 1e-3 * case["joule_heat"] + 1e-12
     assert errors[1] < 0.3 * errors[0] + 1e-9
 
@@ -120,8 +120,8 @@ def test_motors_follow_the_table(case):
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"
-    # Each kick satisfies the balance to rounding. The relative error is of the order of the square
-    # of the angle [rad] by which the rotor turns between kicks.
+    # Each kick satisfies the energy balance to rounding. The relative error of the balance is of
+    # the order of the square of the angle [rad] by which the rotor turns between kicks.
     assert found["missing"] < 5e-3 * found["turned over"]
 
 

@@ -12,7 +12,7 @@ CUBE = dict(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
 
 
 def lattice(n):
-    """Returns positions [m] and moments [A m^2] of the n^3 cells of a cube of 1 cm and 1 T."""
+    """Returns positions [m] and moments [A m^2] of the n^3 cells of the magnet CUBE."""
     line = (np.arange(n) + 0.5) / n * 0.01 - 0.005
     x, y, z = np.meshgrid(line, line, line, indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)

@@ -49,7 +49,7 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
         )
         closed = M.force(on=b, by=a, tolerance=1e-8)
         # The tolerance covers the rotation and three times the tolerance of the integral, whose
-        # integrand is logarithmic at aligned edges.
+        # integrand has logarithmic singularities at aligned edges.
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -188,8 +188,8 @@ def test_linear_and_angular_momentum_are_kept_to_rounding(kind_a, kind_b):
     [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")],
 )
 def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
-    """The energy is E = - integral of J_b . H_a over the volume of b. A sum over dipoles that fill
-    b approximates the integral.
+    """The energy is E = - integral of J_b . H_a over the volume of b, where J_b is the polarization
+    of b and H_a the field of a. A sum over dipoles that fill b approximates the integral.
     """
     b, a = pair(*kinds)  # b is at the origin
     nodes, weights = np.polynomial.legendre.leggauss(14)
@@ -378,9 +378,9 @@ def _touching_pairs():
 @pytest.mark.parametrize("name", _touching_pairs())
 def test_the_force_between_magnets_does_not_jump_where_they_touch(name):
     """Poses of bodies in contact are rounded, so that bodies may overlap a little. The force on the
-    surface charge of one must then use H outside the other, because H jumps at its surface. A
-    change of the gap by 1.6e-8 m changes the force by less than 1e-5 of its value; the tolerance
-    allows for the quadrature.
+    surface charge of one body must then use the outer value of the other body's H, which jumps at
+    the surface of that other body. A change of the gap by 1.6e-8 m changes the force by less than
+    1e-5 of its value; the tolerance allows for the quadrature.
     """
     by, body, touching = _touching_pairs()[name]
     apart = M.force(on=body.moved((0, 0, touching + 8e-9)), by=by, tolerance=1e-5)

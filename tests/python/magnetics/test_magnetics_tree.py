@@ -39,9 +39,9 @@ def off(found, expected):
     return np.linalg.norm(found - expected) / np.linalg.norm(expected)
 
 
-# Largest error, as a multiple of the tolerance. The treecode estimates its root mean square error
-# from a sample of 128 observers. The estimate is wrong by a few tenths of its value, and by more if
-# a few observers have much larger errors than the others (a dipole near another).
+# Largest allowed error, as a multiple of the tolerance. The treecode estimates its root mean square
+# error from a sample of 128 observers. The estimate is wrong by a few tenths of its value, and by
+# more if a few observers have much larger errors than the others (a dipole near another).
 SAMPLED = 2.0
 
 

@@ -9,7 +9,7 @@ from loomstone import magnetics as M
 from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
-# Maps numbers of cells of a cuboid to tolerances.
+# Maps values of `cells` of soft_cuboid() to tolerances of moments and forces.
 GRIDS = {
     12: 1e-3,
     20: 1e-4,

@@ -1,12 +1,12 @@
-"""Forces on soft cuboids beside hard magnets and beside each other, and estimated errors."""
+"""Forces on soft bodies near magnets and near each other, and estimates of the errors of forces."""
 
 import loomstone as ls
 import numpy as np
 import pytest
 from loomstone import magnetics as M
 
-# Each entry contains the ratios of the edges, the susceptibilities, and the number of cells of the
-# reference.
+# Each entry contains the lengths of the edges relative to each other, the susceptibilities, and the
+# `cells` of the cuboid whose forces serve as the reference.
 SHAPES = [
     ((1, 1, 1), (0.1, 30.0, 1e5), 32),
     ((1.5, 1, 1.2), (3.0, 1000.0), 32),
@@ -52,7 +52,7 @@ def size_of(wrench, radius):
 
 @pytest.fixture(scope="module")
 def sample():
-    """Returns relative errors and the ratios of estimated to true errors, by number of cells."""
+    """Returns relative errors of forces, and ratios of estimated to true errors, by `cells`."""
     errors, ratios = ({cells: [] for cells in CELLS} for _ in range(2))
     rng = np.random.default_rng(7)
     for edges, susceptibilities, most in SHAPES:
@@ -154,8 +154,8 @@ def test_forces_on_two_equal_cuboids_above_each_other_are_symmetric():
 
 
 def test_bodies_close_to_each_other_are_solved_in_few_iterations():
-    # Each grid of the Richardson extrapolation interacts only with the same grid of the other body.
-    # This keeps the number of iterations small.
+    # Each grid of the Richardson extrapolation of one body interacts only with the corresponding
+    # grid of the other body. This keeps the number of iterations small.
     assert flat_pair((0.003, 0.002, 0.0044)).iterations <= 15
 
 
@@ -167,7 +167,8 @@ def test_flat_cuboids_that_magnetise_each_other_have_the_documented_error():
 
     found, wanted = wrench(8), wrench(16)
     radius = 0.5 * np.linalg.norm([0.03, 0.02, 0.004])
-    # The error of 1e-3 is documented for 16 cells. At this gap of one height, 8 cells suffice.
+    # The documented error of 1e-3 is that of 16 cells. At this gap, which equals the height of the
+    # cuboids, 8 cells suffice.
     assert difference(found, wanted, radius) < 1e-3 * size_of(wanted, radius)
 
 

@@ -1,5 +1,5 @@
-"""Magnetisable cylinders and rings agree with an independent solver and with closed forms. Forces
-in scenes agree with those of loomstone.magnetics.
+"""Moments of magnetisable cylinders and rings agree with an independent solver and with closed
+forms. Forces in scenes agree with those of loomstone.magnetics.
 """
 
 import loomstone as ls
@@ -10,7 +10,7 @@ from scipy.special import ellipe, ellipk, ellipkm1
 
 
 def polarizability(body, volume, axis):
-    """Returns the moment along an axis, divided by volume and field strength [1]."""
+    """Returns the moment that a field along an axis induces, per volume and field strength [1]."""
     (induced,) = M.induce(body, field=M.MU0 * np.eye(3)[axis]).bodies
     across = np.delete(induced.moment, axis)
     assert np.abs(across).max() < 1e-12 * np.abs(induced.moment[axis]), "by symmetry"

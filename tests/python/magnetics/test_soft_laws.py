@@ -1,4 +1,4 @@
-"""Laws of bodies that magnetise each other, levitation, saturation, and the explicit response."""
+"""Bodies that magnetise each other, levitation, saturation, and the explicit response."""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -42,7 +42,7 @@ def test_a_magnet_floats_above_a_superconducting_ball_as_its_table_says():
         slope = (
             lift(ball, magnet, place + step).force[2] - lift(ball, magnet, place - step).force[2]
         ) / (2 * step)
-        # The difference quotient has an error of second order in the step, about 1e-8.
+        # The relative error of the difference quotient is of second order in the step, about 1e-8.
         assert -slope == pytest.approx(case["vertical_stiffness"], rel=1e-6)
 
 
@@ -61,7 +61,7 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
     """Uses plates that are six times as wide as the height h of the magnet above them, and as thick
-    as h. The tolerance covers the error of their finite width.
+    as h. The tolerances cover the effect of the plates' finite width.
     """
     height = 0.015
     plates = [
@@ -88,9 +88,9 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Compares flux densities and pulls of the catalogue's blocks with those of magnets with a
-    polarisation of 1.24 T, and the pull on the plate with that of an image magnet. The pulls of the
-    catalogue deviate more than its flux densities.
+    """Compares the catalogue's flux densities and pulls with those computed for blocks with a
+    polarisation of 1.24 T, and the computed pull on the scene's plate with that of an image magnet.
+    The catalogue's pulls deviate more than its flux densities.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
@@ -107,7 +107,8 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     images = np.array([pull.image_pull(gap) for gap in gaps])
     # The image assumes an infinite plate. The plate is at least five times as wide as the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
-    # Without `focus`, the pole's edges run across a few large panels, so the tolerance is larger.
+    # Without `focus`, the edges of the magnet's pole lie above a few large panels, so the tolerance
+    # is larger.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
         turned = (
@@ -120,8 +121,8 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
 
 
 def test_a_soft_body_cut_in_two_is_attracted_like_the_whole():
-    """Two touching halves act like the whole body. Their charges on the cut cancel as far as the
-    panels resolve them.
+    """Two touching halves act like the whole body. The charges on the two faces of the cut cancel
+    as far as the panels resolve them.
     """
     magnet = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0.3, 0, 1)).moved(
         (0.004, 0.002, 0.014)
@@ -141,7 +142,7 @@ def test_a_soft_body_cut_in_two_is_attracted_like_the_whole():
 
 
 def stiffness_sum(bodies_at, place, step=1e-5):
-    """Divergence of the force with respect to the body's position [N/m]."""
+    """Divergence of the force bodies_at(position) with respect to position, at `place` [N/m]."""
     total = 0.0
     for axis in np.eye(3):
         total += (
@@ -167,7 +168,8 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    # The tolerance of these forces is 1e-10; the error of differences is of second order in `step`.
+    # The tolerance of forces between hard magnets is 1e-10. The error of difference quotients is of
+    # second order in `step`.
     assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size
     assert (
         stiffness_sum(by_superconductor, place)
@@ -191,7 +193,7 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """Compares the energy with that of dipoles in the magnet's volume."""
+    """Compares the energy of box and magnet with that of box and dipoles in the magnet's volume."""
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
     (induced,) = M.induce(BOX, by=magnet).bodies
@@ -307,7 +309,8 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
         ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
-    # At this distance from a magnet, the explicit response changes the force by 10 to 40 %.
+    # At this distance from a magnet, the force by the explicit response differs by 10 to 40 % from
+    # that by the mutual response.
     cube, magnet = (
         M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
         M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),

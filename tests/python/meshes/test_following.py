@@ -63,10 +63,11 @@ def test_points_beside_a_bent_body_move_with_its_cross_sections(curvature):
     points = waist(400)
     followed = ls.obstacles.follow(BODY, [bent(BODY.vertices, curvature)], points)[0]
     expected = bent(points, curvature)
-    # A patch reaches 0.04 m from its centre. There, a bent axis deviates from its tangent by
-    # 0.0008 m^2 times the curvature. The fit averages over the patch and weights its border less.
+    # The patch of triangles that a point follows reaches 0.04 m from its centre. At its border, a
+    # bent axis deviates from its tangent by 0.0008 m^2 times the curvature. The fit averages over
+    # the patch and weights its border less.
     assert np.abs(followed - expected).max() < 2e-4 * curvature
-    # The points are ten times closer to each other than the vertices of the body.
+    # The points are ten times as close to each other as the vertices of the body are.
     assert spacing(followed) == pytest.approx(spacing(expected), rel=0.02 * curvature)
 
 

@@ -7,7 +7,8 @@ import pytest
 BALL = ls.meshes.sphere(radius=0.1, subdivisions=1)
 N = BALL.n_vertices
 TIMES = np.array([0.0, 0.04, 0.08])
-# The ball grows and rises. Coordinates have single precision, as in caches of other programs.
+# The ball grows and rises. Coordinates are rounded to single precision, as in caches of other
+# programs.
 FRAMES = (
     np.array([BALL.vertices * (1.0 + t) + (0.0, 0.0, t) for t in TIMES])
     .astype(np.float32)

@@ -15,7 +15,7 @@ MARGIN = 0.92  # fraction of the width or height of the picture that a fitted vi
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A sheet that swings down beside a sphere, above a floor."""
+    """A run of a sheet that swings down beside a sphere, above a floor."""
     out = tmp_path_factory.mktemp("cameras") / "run"
     cloth = ls.Cloth(mesh=ls.grid(size=(0.4, 0.4), cells=(6, 6)), pins=[0, 6])
     obstacles = [ls.sphere(radius=0.1, centre=(0.5, 0, 0), subdivisions=2), ls.floor(height=-1)]
@@ -35,8 +35,8 @@ def render(run, *arguments):
 
 
 def reach(alphas):
-    """Returns how far covered pixels reach to the left, right, top and bottom, from 0 (middle) to 1
-    (edge of the picture).
+    """Returns how far pixels that are covered in any of the pictures reach to the left, right, top
+    and bottom, from 0 (middle) to 1 (edge of the picture).
     """
     rows, columns = np.nonzero(np.max(alphas, axis=0) > 200)  # shadows are more transparent
     height, width = alphas[0].shape

@@ -1,4 +1,4 @@
-"""Legends show the numbers of their range at the right places, and the colours of matplotlib."""
+"""Legends have labels at the places of their numbers. Colour maps are those of matplotlib."""
 
 import loomstone as ls
 import numpy as np
@@ -70,7 +70,7 @@ def test_the_ends_of_the_bar_have_the_end_colours(channels):
     assert (title < 100).sum() > 60  # the title is written above the bar
     labels = image[top : top + height, left + width + 2 :, :3].min(2)
     assert (labels < 100).sum() > 100
-    # Nothing touches the right edge, so no label is cut.
+    # Nothing touches the right edge, so no label is cut off.
     assert (image[:, -2:] == 255).all()
 
 

@@ -1,4 +1,6 @@
-"""The plot of parallel work averages runs and separates measured points from replayed ones."""
+"""The plot of parallel work averages runs on equally many ranks and separates measured points from
+replayed ones.
+"""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Passes contain depth, normals and numbers of surfaces, with the names of the surfaces."""
+"""Passes contain depth, normals and ids of surfaces, and the name of the surface with each id."""
 
 import sys
 

@@ -1,5 +1,5 @@
-"""The picture of a frame does not depend on what else is drawn. A directory never mixes pictures of
-different runs or options, and no picture is lost.
+"""The picture of a frame depends neither on when it is drawn nor on which other frames are drawn.
+A directory never mixes pictures of different runs or options, and no picture is lost.
 """
 
 import itertools
@@ -61,7 +61,7 @@ def same(one, other):
 
 
 def stopped_after(frames, scene, out, **options):
-    """Starts a run that is killed after the given number of frames."""
+    """Starts a run that an exception ends after the given number of frames."""
 
     def kill(sim):
         if sim.time > (frames - 1) * 0.04 + 1e-6:

@@ -1,6 +1,6 @@
 """VTK's own reader gives the written values bit for bit, at every step.
 
-The C++ test program writes the run, and this test repeats the formulas of its values.
+The C++ test program writes the run. The tests compute the expected values by the same formulas.
 LOOMSTONE_TEST_CACHE gives the path of the program (default: build/tests/cache/test_cache).
 """
 
@@ -59,7 +59,7 @@ def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
 
 
 def expected(count: int, components: int, frame: int, phase: float) -> np.ndarray:
-    """Returns the values of the C++ example: sin(phase + 0.37 frame + 0.011 i).
+    """Returns numbers of a frame of the C++ example: number i is sin(phase + 0.37 frame + 0.011 i).
 
     The C++ program may round the last bits differently.
     """
@@ -69,7 +69,7 @@ def expected(count: int, components: int, frame: int, phase: float) -> np.ndarra
 
 
 def stored(path: pathlib.Path, name: str) -> np.ndarray:
-    """Returns a dataset as stored by HDF5."""
+    """Returns a dataset of an HDF5 file, read with h5py."""
     h5py = pytest.importorskip("h5py", reason="h5py is not installed")
     with h5py.File(path, "r") as file:
         return np.asarray(file[name])
@@ -153,7 +153,8 @@ def test_vtk_sees_times_topology_and_constant_fields(run: pathlib.Path) -> None:
         np.testing.assert_allclose(
             vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv.reshape(-1, 6), rtol=0, atol=1e-15
         )
-        # Viewers use the active texture coordinates of points. At all corners, they are the uv.
+        # Viewers use the active texture coordinates of points. At every corner of a triangle, they
+        # must equal its uv.
         texture = vtk_to_numpy(mesh.GetPointData().GetTCoords())
         np.testing.assert_allclose(texture[corners], uv, rtol=0, atol=1e-15)
         assert mesh.GetPointData().GetVectors().GetName() == "velocity"

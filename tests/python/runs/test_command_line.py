@@ -1,4 +1,4 @@
-"""Output of the command, example files that it writes, and directories of its runs."""
+"""Output of the command `loomstone`, example files that it writes, and directories of its runs."""
 
 import json
 import shutil

@@ -43,7 +43,7 @@ def loomstone(*arguments, largest_file=None):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Directory of a scene file and its run, written without a limit on file sizes."""
+    """Directory with a scene file and its run, written without a limit on file sizes."""
     out = tmp_path_factory.mktemp("whole")
     (out / "scene.py").write_text(SCENE)
     done = loomstone("run", out / "scene.py", "--out", out / "out", "--threads", 1)

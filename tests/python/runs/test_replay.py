@@ -1,4 +1,4 @@
-"""Recorded motions of a run, and the prediction of times on many ranks."""
+"""Recorded motions of a run, and the predicted times of collision searches on many ranks."""
 
 import csv
 import subprocess
@@ -53,8 +53,8 @@ def test_predicted_searches_cut_lists_by_the_costs_of_a_step_before(recorded):
     assert alone.exchange == 0 and alone.seconds == pytest.approx(contacts.work)
     assert eight.mean_busy == pytest.approx(contacts.work / 8)
     assert contacts.work / 8 < eight.most_busy < contacts.work
-    # One exchange among eight ranks takes three rounds of 1 us each. The bytes of the results take
-    # less than 1 ns.
+    # One exchange among eight ranks takes three rounds of 1 us each. The transfer of the results
+    # takes less than 1 ns.
     assert eight.exchange == pytest.approx(3e-6, abs=1e-9)
     with pytest.raises(ls.InvalidInput, match="ranks must be at least 1"):
         contacts.replay(0)

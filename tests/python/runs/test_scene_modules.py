@@ -208,7 +208,7 @@ def test_a_bool_is_given_in_lower_or_upper_case(text, value, tmp_path):
 
 
 def test_two_threads_that_make_scenes_keep_the_working_directory(tmp_path, monkeypatch):
-    """The second thread starts while the first is in scene(), and ends after it."""
+    """The second thread starts while the first is in scene(), and ends after the first."""
     (tmp_path / "slow.py").write_text(
         "import time\nimport loomstone as ls\n"
         "def scene(first: bool = True):\n"

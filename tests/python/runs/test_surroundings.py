@@ -1,4 +1,4 @@
-"""Commands where output, files or parts of a run are missing or cannot be written."""
+"""Commands whose output cannot be written, and runs that lack files, cloth, steps or frames."""
 
 import subprocess
 import sys

@@ -1,5 +1,5 @@
-"""Small, short versions of all scene files: cloth intersects in no frame, its stretch is bounded,
-and the energy of magnets and circuits is accounted for.
+"""Small, short versions of all scene files: cloth intersects nothing in any frame, its stretch is
+bounded, and the energy of magnets and circuits is accounted for.
 """
 
 from pathlib import Path
@@ -40,7 +40,8 @@ SMALL = {
     "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
 }
 
-# The same for scenes that disable collisions. The test enables collisions.
+# Like SMALL, but for scenes that disable collisions. test_no_cloth_intersects_in_any_frame enables
+# them.
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
@@ -104,7 +105,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
     elif name not in ("figures", "lift", "pull"):  # in those three, the script does work
-        # The energy of the leapfrog method oscillates, and contacts only dissipate.
+        # The energy of the leapfrog method oscillates, and contacts only dissipate energy.
         assert energies().sum() - start.sum() < 0.01 * most
 
 
@@ -199,8 +200,8 @@ def test_the_feet_of_the_walking_figure_do_not_slide_and_touch_no_obstacle():
     for side in (-1, 1):
         sole = places[:, (side * places[0, :, 1] > 0) & (places[0, :, 2] < 0.012)]
         heights = sole[..., 2].min(axis=1)
-        # The ground has heights of 0 and of the three stairs, and a standing sole is at most 6 mm
-        # above it.
+        # The ground is at a height of 0 or at that of one of three stairs. A standing sole is less
+        # than 6 mm above the ground.
         stands = (heights[:, None] - 0.17 * np.arange(4) < 0.006).argmax(axis=1)
         stands = np.abs(heights - 0.17 * stands) < 0.006
         lowest = sole[..., 2] < heights[:, None] + 0.001

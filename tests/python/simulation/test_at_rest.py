@@ -19,13 +19,13 @@ def test_a_sheet_at_rest_on_a_floor_needs_hardly_any_linear_iterations(integrato
         iterations.append(sim.report.solver.linear_iterations)
     # A tolerance relative to the vanishing right-hand side would require more iterations.
     assert np.mean(iterations) < 2.0
-    # A residual of 1e-4 of the weight would give a free vertex 1e-5 m/s in a step of 10 ms.
+    # A residual of 1e-4 of the weight would bring a free vertex to 1e-5 m/s in a step of 10 ms.
     assert np.abs(sim.velocities).max() < 5e-6
     assert np.abs(sim.positions - before).max() < 1e-6
 
 
 def test_a_slow_motion_without_gravity_is_solved_as_accurately_as_a_fast_one():
-    """The forces of a linear scene scale with its velocities, so iterations must be equal."""
+    """In a linear scene, forces scale with speed, so both speeds take equally many iterations."""
     counts = []
     for speed in (1.0, 1e-4):
         sheet = ls.Cloth(

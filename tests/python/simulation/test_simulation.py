@@ -304,7 +304,7 @@ def test_a_failed_step_says_where_and_keeps_the_last_good_state(hanging):
 @pytest.mark.parametrize("solver", ["pcg", "direct"])
 @pytest.mark.parametrize("scheme", [ls.SemiImplicitEuler, ls.ImplicitMidpoint])
 def test_a_step_whose_matrix_is_indefinite_is_taken_in_parts(scheme, solver):
-    # The exact Jacobian of compressed cloth is indefinite. The mass outweighs it in shorter steps.
+    # The exact Jacobian of compressed cloth is indefinite. In short parts, the mass outweighs it.
     mesh = ls.grid(size=(0.3, 0.3), cells=(10, 10))
     scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], gravity=(0, 0, 0), collisions=False)
     steps = scheme(step=0.02, accuracy=None, jacobian="exact", linear_solver=solver)
@@ -336,7 +336,7 @@ def test_schemes_without_damping_do_not_amplify_stiff_bending(scheme):
 @pytest.mark.parametrize("scheme", [ls.ImplicitMidpoint, ls.BDF2, ls.NonlinearMidpoint])
 def test_schemes_without_damping_gain_little_energy_where_steps_are_long(scheme):
     # Waves cross this stiff sheet in a fraction of a step. With step=1e-3 and accuracy=None, the
-    # nonlinear midpoint rule gains three times the largest kinetic energy.
+    # nonlinear midpoint rule would gain three times the largest kinetic energy.
     mesh = ls.grid(size=(0.03, 0.03), cells=(8, 8))
     material = ls.ClothMaterial(weft_stiffness=6e4, warp_stiffness=6e4, shear_stiffness=2e4)
     pins = [0, 8, 40]
@@ -348,7 +348,8 @@ def test_schemes_without_damping_gain_little_energy_where_steps_are_long(scheme)
     sim.velocities = velocities
     while sim.time < 0.05:
         sim.step()
-        # Steps are damped while the gain exceeds 0.02. The last undamped step may add as much.
+        # Steps are damped while the balance exceeds 0.02. The undamped step in which it comes to
+        # exceed this bound may add as much again.
         assert sim.report.account.balance < 0.04
 
 

@@ -215,7 +215,7 @@ def _compare_with_renderer(shown, camera, picture):
     drawn = ls._core.Renderer(shown._sim.topology, options).render(shown.frame).astype(float)
     masks = []
     for image in (drawn, picture):
-        # The background is uniform along rows, and cloth or ball differ from it.
+        # The background is uniform along each row of pixels. The cloth and the ball differ from it.
         masks.append(np.abs(image - image[:, :1]).max(2) > 20)
     # The masks may differ by a few pixels at edges, and by the motion between the two pictures.
     assert (masks[0] & masks[1]).sum() > 0.85 * (masks[0] | masks[1]).sum()
@@ -241,7 +241,7 @@ def _pixel_of_cloth(frame, camera, width, height):
 
 
 def _until(condition, limit=30.0):
-    """Waits until the condition holds. The limit only ends a test that would hang."""
+    """Waits until condition() is true. Fails after `limit` [s], so that no test hangs."""
     end = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < end, "the page did not react"

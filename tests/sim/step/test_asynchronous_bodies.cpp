@@ -20,7 +20,8 @@ IntegratorOptions options_of(Schedule schedule) {
   return options;
 }
 
-// A strip of 0.1 m by 0.3 m in the plane of x and z, with a box tied to its lower edge.
+// A strip of 0.1 m by 0.3 m in the plane of x and z, with a box attached to its lower edge. If
+// `pinned` is true, its upper edge is pinned.
 Scene box_on_strip(bool pinned) {
   Scene scene;
   Cloth strip;
@@ -210,7 +211,7 @@ TEST_CASE("a ball that hits a body gives the cloth attached to it little energy"
   }
   CAPTURE(gain);
   CHECK(sim.state().rigid.velocities.row(0).norm() > 0.3);  // the ball has hit the box
-  // If the interval were not divided, the gain would be 1.3.
+  // If the step in which the ball hits the box were not divided, the gain would be 1.3.
   CHECK(gain < 0.15);
 }
 

@@ -36,7 +36,7 @@ Scene drawn(Scene scene, const Vec3& motion) {
   return scene;
 }
 
-// A cube of 0.1 m and 1 kg.
+// A cube with edges of 0.1 m and a mass of 1 kg.
 RigidBody cube(const Vec3& position) {
   RigidBody body;
   body.name = "cube";
@@ -109,8 +109,8 @@ TEST_CASE("the linearised midpoint rule and BDF-2 swing stiff sheets without a g
         most = std::max(most, sim.report().account.balance);
       }
       CAPTURE(method, stiffness);
-      // If the geometric term left out the stress of the neglected strain, the midpoint rule would
-      // gain more energy than this.
+      // If the geometric stiffness omitted the stress of the neglected strain, the midpoint rule
+      // would gain more energy than this bound.
       CHECK(most < 0.01);
     }
 }
@@ -300,7 +300,7 @@ TEST_CASE("a floor that carries a box along works on it through friction") {
   Simulation sim(scene, step_of(1e-3), 1);
   while (sim.time() < 0.9) sim.step();
   const StepReport& report = sim.report();
-  // The box, at first at rest, ends at 1 m/s. Sliding loses as much energy as the box gains.
+  // The box starts at rest and ends at 1 m/s. Sliding dissipates as much energy as the box gains.
   CHECK(report.energy.body_kinetic == Approx(0.5).epsilon(1e-3));
   CHECK(report.account.scripts == Approx(1.0).epsilon(0.01));
   CHECK(report.account.lost == Approx(0.5).epsilon(0.02));

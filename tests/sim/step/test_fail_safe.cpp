@@ -1,5 +1,5 @@
-// Tests of steps that contact forces cannot resolve: every step ends free of intersections, or
-// reports those that remain.
+// Tests of steps in which contact forces alone cannot prevent intersections: every step ends free
+// of intersections, or reports those that remain.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -42,8 +42,9 @@ Scene drum(double size, Index cells) {
   return scene;
 }
 
-// Loose sheets between two plates, which close within `duration` [s] to `gap` [m], rest for 0.02 s
-// and open again. If the gap is negative, the plates pass through each other.
+// `layers` loose sheets, the lowest at height `offset` [m], between two plates, which close within
+// `duration` [s] to `gap` [m], rest for 0.02 s and open again. If `turning` is true, each plate
+// turns by 0.4 rad while it closes. If the gap is negative, the plates pass through each other.
 Scene press(double gap, double duration, bool turning = false, double offset = 0.0,
             int layers = 1) {
   Scene scene;
@@ -122,7 +123,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
                  << sim.body_centres()(0, 2));
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
-      REQUIRE(pair[0] >= 200);  // only body and floor may intersect
+      REQUIRE(pair[0] >= 200);  // only the ball and the floor may intersect
     // The floor bears the load. The ball may overlap it by up to 0.2 mm.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);
@@ -133,7 +134,7 @@ TEST_CASE(
     "plates that leave the cloth room never make it intersect, at any gap and with or without "
     "rotation") {
   for (const bool turning : {false, true})
-    // The first gap exceeds the contact thickness, and the others are smaller.
+    // The first gap exceeds the contact thickness, and the others are smaller than it.
     for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {

@@ -13,7 +13,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// A soft sheet over a ball.
+// A soft sheet with a strain limit that falls onto a ball.
 Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
   Scene scene;
   Cloth cloth;
@@ -131,7 +131,7 @@ TEST_CASE(
   for (const BrokenLimit& each : broken) named.insert(each.element);
   CHECK(sim.report().limits.broken == 2 * cells * cells);
   CHECK(static_cast<std::int64_t>(named.size()) == 2 * cells * cells);
-  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // broken limits are in the first cloth
+  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // all broken limits are in the first cloth
   CHECK(broken.front().element == sim.report().limits.worst_element);
   CHECK(broken.front().excess == sim.report().limits.weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
@@ -158,7 +158,8 @@ TEST_CASE(
     "a sheet thrown at a ball keeps its limits by parts of a step, not by losing its motion") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.03, limit.shear = 0.05;
-  // The sheet moves 24 and 48 mm in the first step; the contact distance is 3.3 mm.
+  // In the first step, the sheet moves by 24 mm (at 6 m/s) or 48 mm (at 12 m/s). The contact
+  // distance is 3.3 mm.
   for (const double speed : {6.0, 12.0}) {
     Simulation sim(draped(14, limit, true), step_of(4e-3), 1);
     const Index n = static_cast<Index>(sim.positions().rows());

@@ -1,4 +1,4 @@
-// Tests of the times that ranks compute and wait in a step.
+// Tests of the times for which ranks compute and wait in a step.
 #include <catch2/catch.hpp>
 
 #include <thread>

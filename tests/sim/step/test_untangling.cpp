@@ -33,7 +33,7 @@ Scene layers(double (*height)(double, double)) {
   return scene;
 }
 
-// Two sheets of 0.2 m that cross from edge to edge.
+// Two sheets of 0.2 m that cross from edge to edge, at random poses with the seed `start`.
 Scene crossed(int cells, int start) {
   std::mt19937 random(static_cast<unsigned>(start));
   const auto between = [&](double a, double b) {
