@@ -1,7 +1,7 @@
 """Twelve towels are thrown into a bin and arrive one after the other.
 
 Each impact shortens the automatic step, and between impacts the step becomes longer again:
-`loomstone plot RUN --what step` draws its length over time.
+`loomstone plot RUN --what step` draws the length of the step over time.
 """
 
 import loomstone as ls
@@ -35,7 +35,7 @@ def rotation(random: np.random.Generator) -> np.ndarray:
 
 
 def scene(triangles: int = 640, towels: int = 12) -> ls.Scene:
-    """triangles: number of triangles of each towel."""
+    """triangles: approximate number of triangles of each towel."""
     columns = max(1, round(np.sqrt(triangles * 3.0 / 4.0)))
     flat = ls.grid(size=(0.18, 0.12), cells=(columns, max(1, round(columns * 2.0 / 3.0))))
     material = ls.ClothMaterial(

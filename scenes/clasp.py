@@ -34,7 +34,9 @@ def curtain(side: int, triangles: int) -> ls.TriangleMesh:
 
 
 def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
-    """triangles: number of triangles of each curtain; polarization: that of the magnets [T]."""
+    """triangles: approximate number of triangles of each curtain; polarization: that of the
+    magnets [T].
+    """
     linen = ls.ClothMaterial(
         weft_stiffness=800,
         warp_stiffness=800,

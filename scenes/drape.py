@@ -47,7 +47,7 @@ def check(run: ls.Run) -> None:
         f"the corners hang beside the sphere, well above the floor, got {lowest:.3f} m"
     )
     # The contact distance is a tenth of the mean edge. Gaps are measured from the exact sphere,
-    # which lies slightly outside its facets.
+    # which lies slightly outside the facets of the obstacle.
     start = run[0].positions[run.topology.triangles]
     gap = (distance - RADIUS) / (
         0.1 * np.linalg.norm(start - np.roll(start, 1, axis=1), axis=2).mean()

@@ -1,5 +1,5 @@
-"""A brushed motor: a coil between two poles, with a commutator that reverses its current every half
-turn.
+"""A brushed motor: a coil between two poles, with a commutator that reverses the coil's current
+every half turn.
 
 The rotor starts from rest and speeds up until its back-EMF leaves only the current that friction
 and load require. Red is north and blue is south. `python scenes/motor.py` prints speed, current and

@@ -99,8 +99,8 @@ def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
-    """Returns a smoothed closed surface around the bones. Before smoothing, it has one vertex in
-    each grid cell that it crosses (surface nets).
+    """Returns a smoothed closed surface around the bones. Before smoothing, its vertices are the
+    centres of the grid cells that the surface crosses (surface nets).
     """
     axes = [np.arange(low, high, CELL) for low, high in ((-0.25, 0.3), (-0.7, 0.7), (-0.1, 1.9))]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -127,7 +127,7 @@ def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
 
 
 def relaxed(points: Floats, faces: NDArray[np.int64]) -> Floats:
-    """Moves each vertex to the mean of its neighbours."""
+    """Returns the mean of the neighbours of each vertex (n x 3) [m]."""
     total, count = np.zeros_like(points), np.zeros((len(points), 1))
     for one, other in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
         np.add.at(total, faces[:, one], points[faces[:, other]])
@@ -136,7 +136,7 @@ def relaxed(points: Floats, faces: NDArray[np.int64]) -> Floats:
 
 
 def projected(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Moves points towards the surface around the bones by one step of Newton's method."""
+    """Returns points moved towards the bones' surface by one step of Newton's method."""
     small = 1e-4 * np.eye(3)
     slope = np.stack(
         [(blended(points + e, bones) - blended(points - e, bones)) / 2e-4 for e in small], axis=1
@@ -163,7 +163,7 @@ def turn(axis: int, angles: Floats) -> Floats:
 
 
 def height(place: float) -> float:
-    """Returns the height [m] of the sole of a foot whose ankle stands at `place` [m]."""
+    """Returns the height [m] of the sole of a foot whose ankle stands at x = `place` [m]."""
     return GROUND + RISE * sum(riser < place for riser in RISERS)
 
 

@@ -3,9 +3,9 @@ and the plate comes down to it.
 
 The weight lifts off when the pull across the gap equals the force of gravity on it, snaps to the
 plate and rises with it. Red is north and blue is south. `python scenes/pull.py` compares flux
-densities and pulls of four magnets with a dealer's catalogue. It then prints the pull on the plate
-and the pull of the magnet's mirror image in a plane of ideal iron at ten gaps. `python
-scenes/pull.py FILE` also plots the pull on the plate.
+densities and pulls of four magnets with a dealer's catalogue. It then prints the pull of the
+scene's magnet at ten gaps: on the plate, and on a plane of ideal iron. `python scenes/pull.py FILE`
+also plots the pull on the plate.
 """
 
 import sys
@@ -22,9 +22,9 @@ render = ls.RenderOptions(
     )
 )
 
-# Block magnets of grade N38 (1.22 to 1.26 T): edges [mm], flux density at the centre of the pole
-# [T], and pull on a thick steel plate that the magnet touches [N]. The numbers are those of the
-# data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
+# Block magnets of grade N38 (remanence 1.22 to 1.26 T): edges [mm], flux density at the centre of
+# the pole [T], and pull on a thick steel plate that the magnet touches [N]. The numbers are those
+# of the data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
 CATALOGUE = {
     (10, 5, 1.5): (0.23933, 8.47),
     (12, 10, 4): (0.34059, 33.88),

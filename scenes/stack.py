@@ -36,7 +36,7 @@ def shaking() -> tuple[np.ndarray, np.ndarray]:
 
 
 def scene(triangles: int = 800, sheets: int = 20) -> ls.Scene:
-    """triangles: number of triangles of each sheet."""
+    """triangles: approximate number of triangles of each sheet."""
     cells = max(1, round(np.sqrt(triangles / 2)))
     flat = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     material = ls.ClothMaterial(

@@ -5,8 +5,8 @@ From left to right, the first four cloths have the limits (weft, warp, shear) = 
 (2, 2, 20) %, (2, 20, 20) % and (20, 2, 20) %. The next two have a single limit for all edges, 2 %
 and 20 %, and the last has no limit. These are the columns of figure 3.6 of the thesis. With a loose
 shear limit, a cloth sags like a bag in spite of tight limits along weft and warp. Swapping the
-limits of weft and warp swaps the extra width and length. A single limit for all edges merely makes
-the whole cloth softer or stiffer.
+limits of weft and warp makes the cloth wider instead of longer. A single limit for all edges merely
+makes the whole cloth softer or stiffer.
 
 The commands below draw the three rows of the figure: the cloths, the strain along weft (left half
 of each cloth) and warp (right half), and the shear.

@@ -4,9 +4,9 @@ plastic rods on a table, with a magnet in each end.
 One rod is held, with the ball at its end, and the other rod approaches. In the antiparallel case
 the other rod is repelled until a sliding block has pushed it close enough. The unevenly magnetised
 ball then attracts the other rod more strongly than the held rod repels it, and the other rod jumps
-ahead of the block. In the parallel case the rod is attracted from a distance and snaps to the ball.
-In the free case the rod is antiparallel and unguided: it moves away, turns round and snaps on with
-its other end. Red is north and blue is south.
+ahead of the block. In the parallel case the other rod is attracted from a distance and snaps to the
+ball. In the free case the other rod is antiparallel and unguided: it moves away, turns round and
+snaps on with its far end. Red is north and blue is south.
 """
 
 from typing import Any
@@ -58,8 +58,8 @@ def rod_mesh() -> ls.TriangleMesh:
 
 
 def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
-    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and a slide
-    behind the rod that advances by `path` [m].
+    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and behind the rod
+    a sliding block that advances by `path` [m].
     """
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
     rails = [

@@ -32,8 +32,8 @@ def scene(
     cells = max(2, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     near, far = np.arange(cells + 1), np.arange(cells + 1) + cells * (cells + 1)
-    # Scripted motion is linear between its times. With 1000 of them per second, the edges stay
-    # within a micrometre of their circular paths.
+    # Scripted motion is linear between the times of the script. There are 1000 of these times per
+    # second, so the edges stay within a micrometre of their circular paths.
     times = np.linspace(0.0, duration, 1 + round(1000 * duration))
     angle = 2.0 * np.pi * turns * times[:, None]
     paths = []

@@ -138,7 +138,7 @@ def scene(
 
 
 def apart(shape: Floats, other: Floats) -> float:
-    """Returns the root mean square distance [m] of two shapes (n x 3) in their best alignment."""
+    """Returns the RMS distance [m] between the vertices of two shapes (n x 3), best aligned."""
     a, b = shape - shape.mean(axis=0), other - other.mean(axis=0)
     u, _, v = np.linalg.svd(a.T @ b)
     u[:, -1] *= np.sign(np.linalg.det(u @ v))

@@ -1,4 +1,4 @@
-"""Adds the licences of all libraries that a wheel contains, with a table of their sizes.
+"""Adds to a wheel the licences of all libraries that it contains, and a table of these libraries.
 
     python scripts/wheel_licenses.py WHEEL DIRECTORY TARGET
 
@@ -99,7 +99,7 @@ def text_of(library: Library, own: Path) -> str:
 
 
 def add_licenses(wheel: Path, own: Path) -> None:
-    """Writes the licences and their table into the metadata of an unpacked wheel."""
+    """Writes the licences and the table of libraries into the metadata of an unpacked wheel."""
     metadata = next(wheel.glob("*.dist-info"))
     folder = metadata / "licenses" / "third_party"
     folder.mkdir(parents=True)
