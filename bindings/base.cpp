@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Sets the error that Python raises. Bytes of the message that are not UTF-8, for example those
-// quoted from a file, are escaped.
+// Sets the Python error indicator to an error of type `kind`. Bytes of the message that are not
+// UTF-8, for example those quoted from a file, are escaped.
 void raise(const py::handle& kind, const std::string& message) {
   const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
       message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));
@@ -32,8 +32,8 @@ void bind_errors(py::module_& m) {
   static py::exception<Unsupported> unsupported(m, "Unsupported", bases_unsupported);
   input.attr("__doc__") = "Input that cannot be simulated (a ValueError).";
   solver.attr("__doc__") =
-      "A solve or a step failed (a RuntimeError). The message of a step names the stage, the step "
-      "and the time.";
+      "A solve or a step failed (a RuntimeError). If a step of a simulation failed, the message "
+      "names the step and the time at its start.";
   cache.attr("__doc__") = "A file could not be written, read or interpreted (an OSError).";
   unsupported.attr("__doc__") =
       "A feature that is not available in this build or in this combination (a "
@@ -69,8 +69,8 @@ void bind_report(py::module_& m, const char* name, const char* meaning) {
   c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
 }
 
-// Returns all numbers of a report by path, such as "energy.kinetic". Tables use the paths as names
-// of their columns.
+// Returns all numbers of a report by path, such as "energy.kinetic". Tables of reports use these
+// paths as column names.
 py::dict numbers(const StepReport& report) {
   py::dict dict;
   for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
@@ -84,7 +84,8 @@ void bind_reports(py::module_& m) {
   bind_report<ThreadReport>(m, "ThreadReport",
                             "Time that threads spend in the loops of collision handling [s].");
   bind_report<RankReport>(m, "RankReport",
-                          "Time that ranks spend computing and waiting, and what they send.");
+                          "Times that ranks spend computing and waiting, bytes that they send, "
+                          "and number of their collective operations.");
   bind_report<SolverReport>(m, "SolverReport", "Report on the solves of the integrator.");
   bind_report<ErrorReport>(m, "ErrorReport",
                            "Error of a step, and the parts into which the step is divided.");
@@ -92,7 +93,7 @@ void bind_reports(py::module_& m) {
   bind_report<WithheldReport>(m, "WithheldReport", "Report on motion withheld by certification.");
   bind_report<AccountReport>(
       m, "AccountReport",
-      "Work and losses since the start, or since the user wrote positions or velocities.");
+      "Work and losses since the start, or since the user last wrote positions or velocities.");
   bind_report<StrainLimitReport>(m, "StrainLimitReport",
                                  "Report on the enforcement of strain limits.");
   bind_report<StrainReport>(m, "StrainReport",

@@ -1,5 +1,6 @@
-// Declarations shared by the bindings: the functions bind_...(), which module.cpp calls in this
-// order, and conversions between Python objects, such as numpy arrays, and C++ types.
+// Declarations shared by the bindings: the functions bind_...(), which module.cpp calls in the
+// order of their declarations, and conversions between Python objects, such as numpy arrays, and
+// C++ types.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +41,9 @@ void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
 
-// Returns a team with the given number of threads; 0: the number in OMP_NUM_THREADS, or else one
-// thread for each available processor. Throws InvalidInput for a negative number.
+// Returns a team with the given number of threads. 0 means the number in OMP_NUM_THREADS or, if
+// that is unset or invalid, one thread for each available processor. Throws InvalidInput for a
+// negative number.
 Team team_of(int threads);
 
 // Converts broken strain limits to tuples (element, "weft" | "warp" | "shear", excess).
@@ -65,8 +67,8 @@ struct Argument {
 };
 
 // Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`,
-// also in lists and tuples. Returns other values unchanged. `where` is the name of the value in
-// error messages.
+// also in lists and tuples. Returns other values unchanged. Throws InvalidInput for a quantity of
+// another dimension. `where` is the name of the value in error messages.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }

@@ -1,5 +1,5 @@
 // Converts enums with named values (core/base/choice.h) to and from Python strings. In Python
-// signatures, their type is Literal[...].
+// signatures, such an enum has the type Literal[...] with the names of its values.
 #pragma once
 
 #include <cstddef>

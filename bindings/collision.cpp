@@ -55,8 +55,9 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 
-// Runs the exact continuous collision test on n queries of eight points each: four points at the
-// start, then the same points at the end. The time of a query without an impact is infinity.
+// Sets hits[i] and times[i] to the result of the exact continuous collision test on query i. Each
+// of the n queries has eight points: four points at the start, then the same points at the end. The
+// time of a query without an impact is infinity.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);
@@ -202,9 +203,9 @@ void bind_detector(py::module_& m) {
   py::class_<BoundDetector>(
       m, "Detector",
       "Self-collisions of one surface, for repeated queries while it moves.\n\n"
-      "The first call builds a tree, which later calls refit to the positions. Only one "
-      "Python thread at a time may use a\n"
-      "detector.")
+      "The first query builds a tree. Later queries refit the tree to the positions, or rebuild "
+      "it if its boxes have grown\n"
+      "too much. Only one Python thread at a time may use a detector.")
       .def(py::init([](const py::object& triangles, int threads) {
              return std::make_unique<BoundDetector>(BoundDetector{
                  Detector(as_rows<Triangles>(triangles, "triangles")), team_of(threads)});
@@ -246,7 +247,8 @@ void bind_detector(py::module_& m) {
           "counts.")
       .def(
           "forget_trees", [](BoundDetector& self) { self.detector.forget_trees(); },
-          "Makes the next query build the tree again, which changes its results at most in order.")
+          "Makes the next query rebuild the tree. This can change only the order of candidates "
+          "with ordered=False.")
       .def_property_readonly(
           "edges",
           [](const py::object& self) {

@@ -1,6 +1,7 @@
 // Binds a description, a struct that lists its members in fields(). The Python class has a
-// constructor that takes the fields by keyword with the C++ defaults, read-only properties with the
-// C++ help texts, equality by value, repr, to_dict() and replace().
+// constructor that takes the fields by keyword, and in some classes the first fields by position,
+// with the C++ defaults. It also has read-only properties with the C++ help texts, equality by
+// value, repr, to_dict() and replace().
 #pragma once
 
 #include <array>
@@ -342,14 +343,13 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
   });
 }
 
-// Does nothing. An overload for a description, such as Scene, completes it after its fields have
-// been set from the arguments.
+// Does nothing. It is called after the fields of a description have been set from the arguments.
+// An overload for a class, such as Scene, then completes the description.
 template <Description D>
 void complete(D&) {}
 
-// Returns the arguments unchanged. An overload for a description, such as Cloth, changes the shape
-// of an array in the arguments. The last parameter supplies fields that the arguments do not
-// contain.
+// Returns the arguments unchanged. An overload for a class, such as Cloth, changes the shape of an
+// array in the arguments. The last parameter supplies fields that the arguments do not contain.
 template <Description D>
 py::kwargs reshaped(const char*, const py::kwargs& arguments, const D&) {
   return arguments;

@@ -97,7 +97,8 @@ void bind_limits(py::module_& m) {
   c.def_readonly("sweeps", &LimitReport::sweeps,
                  "number of sweeps over all elements or over the active ones");
   c.def_readonly("evaluations", &LimitReport::evaluations,
-                 "number of strains of elements and edges that were evaluated");
+                 "number of evaluations of the strain of an element or edge, before the final "
+                 "check");
   c.def_readonly("excess", &LimitReport::excess,
                  "largest excess along weft, along warp and in shear [1]");
   c.def_readonly("beyond", &LimitReport::beyond,
@@ -107,8 +108,9 @@ void bind_limits(py::module_& m) {
   c.def_property_readonly(
       "broken", [](const LimitReport& r) { return named(r.broken); },
       "(element, \"weft\" | \"warp\" | \"shear\", excess) for each limit that is exceeded by "
-      "more than 0.01, or by more than a\n"
-      "fifth of a limit below 0.05. The largest excess comes first.");
+      "more than 0.01 or, if the limit is\n"
+      "below 0.05, by more than a fifth of the limit and more than 1e-4. The largest excess comes "
+      "first.");
   c.def("__repr__", [](const LimitReport& r) {
     return formatted("LimitReport(sweeps={}, evaluations={}, excess={}, beyond={}, worst={})",
                      r.sweeps, r.evaluations, py::str(py::cast(r.excess)).cast<std::string>(),

@@ -175,7 +175,7 @@ void bind_fields(py::module_& m) {
          const py::object& by_moments, const std::optional<double>& tolerance, int threads) {
         const Points x = as_rows<Points>(points, "points"),
                      own = as_rows<Points>(moments, "moments");
-        const DipoleSet on(x, own);  // validates both arrays
+        const DipoleSet on(x, own);  // validates `points` and `moments`
         const DipoleSet by(as_rows<Points>(by_points, "by_points"),
                            as_rows<Points>(by_moments, "by_moments"));
         const Team team = team_of(threads);

@@ -169,7 +169,8 @@ void bind_queries(py::module_& m) {
       py::arg("point"), "True if the point (3) [m] lies inside a closed surface.");
 }
 
-// Returns the rows of an array of bytes (n x 3), or no rows for None.
+// Returns the rows of an array of bytes (n x 3), or no rows for None. Throws InvalidInput for an
+// array of another shape.
 std::vector<std::array<std::uint8_t, 3>> colors_of_rows(
     const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& rows) {
   if (!rows) return {};
@@ -201,8 +202,8 @@ void bind_mesh(py::module_& m) {
       py::arg("library") = "", py::arg("materials") = py::list(), py::arg("colors") = py::none(),
       "Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text "
       "instead of binary. library: name of the .mtl file of an OBJ file. materials: (first "
-      "triangle, name) of its materials, ascending. colors: (n x 3) bytes in sRGB, colours of the "
-      "vertices of a PLY file.");
+      "triangle, name) of each material of an OBJ file, in ascending order of the triangles. "
+      "colors: (n x 3) bytes in sRGB, colours of the vertices of a PLY file.");
 }
 
 }  // namespace loomstone

@@ -132,14 +132,15 @@ void bind_renderer(py::module_& m) {
         "Values (n) of a field of color_by, other than strain_split, at the vertices of the cloth. "
         "Values of triangles are averaged with their rest areas as weights.");
   m.def("cloth_color", &cloth_color, py::arg("cloth"),
-        "Default front colour of a cloth in linear RGB (3), by its number in the scene.");
+        "Default front colour of a cloth in linear RGB (3), by its index in the scene.");
   m.def("body_color", &body_color, py::arg("body"),
-        "Default colour of a body or obstacle in linear RGB (3), by its number.");
+        "Default colour of a body or obstacle in linear RGB (3), by its index.");
   m.def("shown_color", &shown_color, py::arg("look"), py::arg("otherwise"),
         "Colour of a look in linear RGB (3), or `otherwise` if the look has none.");
   py::class_<CameraFit>(m, "CameraFit",
-                        "Finds a camera that shows cloth and bodies of several frames as large as "
-                        "possible. The direction of view is that of the camera of the options.")
+                        "Finds a camera that shows cloth, bodies and obstacles of several frames "
+                        "as large as possible. Floors and hidden bodies are left out. The "
+                        "direction of view is that of the camera of the options.")
       .def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
            py::arg("options"))
       .def("include", &CameraFit::include, py::arg("frame"),
@@ -166,7 +167,7 @@ void bind_renderer(py::module_& m) {
       [](const Renderer& self, const Frame& frame) { return pairs_of(self.value_ranges(frame)); },
       py::arg("frame"),
       "Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) "
-      "for a row that shows the cloth.");
+      "for the row \"cloth\".");
   c.def(
       "color_ranges",
       [](const Renderer& self, const Frame& frame, const std::optional<Pairs>& value_ranges) {
@@ -175,7 +176,7 @@ void bind_renderer(py::module_& m) {
       },
       py::arg("frame"), py::arg("value_ranges") = py::none(),
       "Returns the values at both ends of the colours of each row of color_by, with value_ranges "
-      "as in render; (0, 0) for a row that shows the cloth.");
+      "as in render; (0, 0) for the row \"cloth\".");
   c.def_property_readonly("backend", &Renderer::backend,
                           "library that provides OpenGL: osmesa | egl | softpipe");
 }

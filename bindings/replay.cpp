@@ -15,8 +15,9 @@ namespace {
 
 using SurfaceTable = Eigen::Matrix<Index, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
-// Columns of the table: kind (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices,
-// first triangle, number of triangles, self-collision (0 or 1).
+// Returns the surfaces that a table lists, one per row. The columns of the table are kind
+// (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices, first triangle,
+// number of triangles, and self-collision (0 or 1).
 std::vector<CollisionSurface> surfaces_of(const SurfaceTable& table, const Vector& thickness) {
   if (thickness.size() != table.rows())
     fail<InvalidInput>("thickness must have one entry for each of the {} surfaces, got {}",
@@ -177,9 +178,10 @@ void bind_replay(py::module_& m) {
       py::arg("traversal") = "loops", py::arg("threads") = 1, py::arg("communicator") = py::none(),
       py::arg("repetitions") = 1,
       "Performs the search for impacts or for contacts several times, together with the other "
-      "ranks. Returns the time of each\n"
-      "until the last rank has all results [s]. traversal: \"tasks\" or \"loops\" over threads; "
-      "only \"static\" uses it.");
+      "ranks. Returns, for each\n"
+      "repetition, the time until the last rank has all results [s]. traversal: \"tasks\" or "
+      "\"loops\" over threads; only\n"
+      "the decomposition \"static\" uses it.");
   c.def(
       "lists",
       [](const CollisionReplay& self, int repetitions) {
@@ -190,11 +192,11 @@ void bind_replay(py::module_& m) {
       "Returns the RecordedLists of the search for contacts at x0 and of the search for impacts "
       "from x0 to x1.");
   search("contacts", CollisionReplay::Search::Contacts,
-         "Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks. "
+         "Returns the RecordedTests of the search for contacts at x0, divided among `ranks` ranks. "
          "decomposition: \"static\" or\n"
          "\"dynamic\", which determines the tests with which each rank starts.");
   search("impacts", CollisionReplay::Search::Impacts,
-         "Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` "
+         "Returns the RecordedTests of the search for impacts from x0 to x1, divided among `ranks` "
          "ranks, as contacts() does.");
 }
 

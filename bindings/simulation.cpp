@@ -34,8 +34,9 @@ void bind_state(py::module_& m) {
       "values are finite (InvalidInput). Writing positions or velocities discards the "
       "history of multistep schemes.\n\n"
       "Every rank stores all rows. Values that a rank writes take effect in the rows it owns "
-      "(sim.owned_rows). Values written\n"
-      "for obstacles take effect on rank 0 only.");
+      "(sim.owned_rows). Pin flags,\n"
+      "the tables of obstacles, external_body_forces and external_body_torques take effect only if "
+      "rank 0 writes them.");
   bind_tables(c);
   bind_results(c);
   c.def("__repr__", [](const State& s) {
@@ -139,8 +140,8 @@ void bind_stepping(py::class_<S>& c) {
         "Sets whether the motion that certification receives in each step is kept for "
         "collision_motion().");
   c.def("collision_motion", &S::collision_motion,
-        "Returns the CollisionRecord of the last certification whose motion was kept. It has no "
-        "vertices if there is none or nothing collides.");
+        "Returns the CollisionRecord of the last certification whose motion was kept. The record "
+        "has no vertices if no motion was kept or nothing collides.");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
         "Discards the engines of all stages and builds them again. If may_checkpoint is True, this "
         "does not change any later result.");
@@ -233,7 +234,7 @@ void bind_positions(py::class_<S>& c) {
         self.set_pin_targets(as_rows<Points>(targets, {"targets", "m"}, self.positions().rows()));
       },
       py::arg("targets"),
-      "Sets the positions of pinned vertices at the end of the next step, (n x 3) [m]. Other "
+      "Sets the positions that pinned vertices reach after the time step_size, (n x 3) [m]. Other "
       "rows are ignored.\n"
       "The targets replace the script.");
   c.def(
@@ -243,8 +244,8 @@ void bind_positions(py::class_<S>& c) {
                                as_vector<Vec4>(orientation, "orientation"));
       },
       py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
-      "Sets the pose of an obstacle at the end of the next step: position [m] and quaternion "
-      "(w, x, y, z).\n"
+      "Sets the pose that an obstacle reaches after the time step_size: position [m] and "
+      "quaternion (w, x, y, z).\n"
       "The pose replaces the keyframes.");
   c.def_property_readonly("body_centres", &S::body_centres, "(b x 3) centres of mass [m], a copy");
 }
@@ -275,16 +276,18 @@ void bind_circuits(py::class_<S>& c) {
 void bind_failures(py::class_<S>& c) {
   c.def_property_readonly(
       "forced_pairs", &S::forced_pairs,
-      "Pairs of triangles that the last step had to leave intersecting because scripted "
+      "Pairs of triangles that intersect at the end of the last step, for example because scripted "
       "motion left the cloth no room.\n"
-      "Triangles of all surfaces are numbered consecutively.");
+      "They are listed from a step that leaves impacts unresolved until no pair intersects. "
+      "Triangles of all surfaces are numbered\n"
+      "consecutively.");
   c.def_property_readonly(
       "broken_limits", [](const S& self) { return named(self.broken_limits()); },
       "(triangle, \"weft\" | \"warp\" | \"shear\", excess) for each strain limit that the "
       "last step left exceeded by more than\n"
-      "0.01, or by more than a fifth of a limit below 0.05. The largest excess comes first. "
-      "Triangles of all cloths are\n"
-      "numbered consecutively.");
+      "0.01 or, if the limit is below 0.05, by more than a fifth of the limit and more than 1e-4. "
+      "The largest excess comes first.\n"
+      "Triangles of all cloths are numbered consecutively.");
   c.def("intersecting_pairs", &S::intersecting_pairs, Released(),
         "Returns the pairs of triangles that intersect in the current state. Triangles of all "
         "surfaces are numbered consecutively.");
