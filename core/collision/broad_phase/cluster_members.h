@@ -1,6 +1,7 @@
 // Vertices of the clusters of a tree, and the motion of clusters.
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "core/base/bytes.h"
@@ -37,6 +38,16 @@ class VertexSet {
     if (inside_[vertex]) return;
     inside_[vertex] = 1;
     vertices_.push_back(vertex);
+  }
+  // Adds a vertex, except to vertices(), and returns whether it was missing. Several threads may
+  // call this function at once. The caller must pass the added vertices to list().
+  bool take(Index vertex) {
+    std::atomic_ref<std::uint8_t> inside(inside_[vertex]);
+    return !inside.load(std::memory_order_relaxed) &&
+           !inside.exchange(1, std::memory_order_relaxed);
+  }
+  void list(const std::vector<Index>& taken) {
+    vertices_.insert(vertices_.end(), taken.begin(), taken.end());
   }
   void clear() {
     for (const Index v : vertices_) inside_[v] = 0;

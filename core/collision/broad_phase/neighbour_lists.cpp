@@ -281,26 +281,28 @@ void NeighbourLists::make_ended(const Team& team) {
   if (broad_phase_.n_uses() != n_uses_) still_at_x_.clear();
   std::vector<PackedSlabs>& still = broad_phase_.vertex_boxes();
   n_uses_ = broad_phase_.n_uses();
-  const std::size_t n_known = still_at_x_.vertices().size();
+  std::vector<std::pair<Index, Index>> clusters;  // (surface, cluster)
   const auto mark = [&](Index surface, Index cluster) {
-    if (marked_[surface][cluster]) return;
-    marked_[surface][cluster] = 1;
-    refit_.members(surface).each(cluster, [&](Index v) { still_at_x_.add(v); });
+    if (!std::exchange(marked_[surface][cluster], 1)) clusters.emplace_back(surface, cluster);
   };
   for (const Index i : which) {
     ++upkeep_[lists_[i].pair].made;
     mark(pairs_[lists_[i].pair].a, lists_[i].a);
     mark(pairs_[lists_[i].pair].b, lists_[i].b);
   }
-  const std::vector<Index>& vertices = still_at_x_.vertices();
-  parallel_for(
-      team, static_cast<Index>(vertices.size() - n_known),
-      [&](Index i) {
-        const Index v = vertices[n_known + i];
+  constexpr Index grain = 64;
+  const Index n_clusters = static_cast<Index>(clusters.size());
+  std::vector<std::vector<Index>> taken((n_clusters + grain - 1) / grain);
+  parallel_ranges(team, n_clusters, grain, [&](Index begin, Index end) {
+    for (Index c = begin; c < end; ++c)
+      refit_.members(clusters[c].first).each(clusters[c].second, [&](Index v) {
+        if (!still_at_x_.take(v)) return;
+        taken[begin / grain].push_back(v);
         const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
         still[v] = packed(slabs_of(at, at, 0.0));
-      },
-      2048);
+      });
+  });
+  for (const std::vector<Index>& of_range : taken) still_at_x_.list(of_range);
   for (std::size_t s = 0; s < marked_.size(); ++s) {
     ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
     tree.refit_features_of(team, marked_[s], still);
