@@ -220,12 +220,12 @@ Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion
 
 const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pairs; }
 
-ContactTerms CollisionStage::terms(const ContactInputs& inputs,
+ContactTerms CollisionStage::terms(const Team& team, const ContactInputs& inputs,
                                    const std::vector<Contact>& contacts, const ContactState& state,
                                    ExtraTerms& terms) const {
   const StrengthInputs at_start{inputs.x0, inputs.inverse_mass, inputs.forces, state};
   return data_->with_strengths(contacts, at_start, [&](const ContactStrengths& strengths) {
-    return ContactTerms(data_->model, inputs, contacts, strengths, terms);
+    return ContactTerms(team, data_->model, inputs, contacts, strengths, terms);
   });
 }
 

@@ -73,8 +73,9 @@ class CollisionStage {
   // Appends the contact terms of the implicit solve to `terms`. The returned object updates these
   // terms during the solve. `contacts` must be the result of proximity() at inputs.x0, or some of
   // these contacts.
-  ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
-                     const ContactState& state, ExtraTerms& terms) const;
+  ContactTerms terms(const Team& team, const ContactInputs& inputs,
+                     const std::vector<Contact>& contacts, const ContactState& state,
+                     ExtraTerms& terms) const;
 
   // Returns contact_energies() [J] for `motion`, whose end must be StrengthInputs::x. `contacts`
   // must be the result of proximity() or proximity_alone() at this end. `rows` are the rows of this

@@ -88,6 +88,18 @@ double secant_stiffness(const ContactLaw& law, const ContactForce& start, double
   return std::min((predicted - start.force) / (from - gap(predicted)), law.steepest);
 }
 
+// Contacts of one range of a parallel loop.
+constexpr Index contacts_at_once = 64;
+
+// A contact at the start of the step.
+struct AtStart {
+  ActingOn acting;
+  // For share 1: stiffness in the normal direction and largest allowed slope of the normal force
+  // [N/m], and this force.
+  double stiffness = 0.0, steepest = 0.0;
+  ContactForce normal{};
+};
+
 // Returns the largest slope allowed for the normal force of a contact [N/m].
 double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   double inverse_mass = 0.0;
@@ -97,63 +109,94 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   return rigid / (inputs.step * inputs.step * std::max(inverse_mass, 1e-300));
 }
 
+// Returns the normal force, for share 1.
+ContactForce normal_at_start(const Contact& contact, const AtStart& start, double share) {
+  const double linear = steepest_gap(contact.thickness, share * start.stiffness, start.steepest);
+  return extended_force({contact.distance, linear}, contact.thickness, start.stiffness);
+}
+
+// Returns the law of a contact, without `contact` and `counts`.
+ContactLaw law_at_start(const Contact& contact, const AtStart& start, double share,
+                        const Vec3& slip) {
+  ContactLaw law;
+  law.normal = contact.normal;
+  law.distance = contact.distance, law.thickness = contact.thickness;
+  law.share = share, law.friction = contact.friction;
+  law.slip = slip;
+  law.limit = contact.friction * share * start.normal.force;
+  law.normal_stiffness = share * start.stiffness, law.steepest = start.steepest;
+  return law;
+}
+
+// Sets the gradient and H of a term from the normal force, for share 1, and from friction after the
+// predicted motion. `stiffness` is that of the anchor times the share [N/m].
+void set_forces(const Contact& contact, const ContactInputs& inputs, double stiffness,
+                const ContactForce& normal, const ContactLaw& law, ExtraTerm& term) {
+  const Mat3 tangent = tangent_projector(law.normal);
+  const Vec3 predicted = inputs.step * (tangent * weighted(contact, inputs.v0));
+  const Vec3 gained = inputs.step * (tangent * weighted(contact, inputs.last_change));
+  const FrictionResponse friction =
+      friction_response(law.slip, sped_up(law.slip, predicted, gained, stiffness, law.limit),
+                        tangent, stiffness, law.limit);
+  term.gradient = -law.share * normal.force * law.normal + friction.gradient;
+  term.hessian = law.share * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
+}
+
 }  // namespace
 
-ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
-                           const std::vector<Contact>& contacts, const ContactStrengths& strengths,
-                           ExtraTerms& terms)
+ContactTerms::ContactTerms(const Team& team, const CollisionModel& model,
+                           const ContactInputs& inputs, const std::vector<Contact>& contacts,
+                           const ContactStrengths& strengths, ExtraTerms& terms)
     : shares_(strengths.shares),
       slips_(strengths.slips),
       forces_(contacts.size(), 0.0),
       tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
-  const double step = inputs.step;
-  std::vector<ActingOn> acting_of;
-  acting_of.reserve(contacts.size());
-  std::size_t n_terms = 0, n_counted = 0;
-  for (const Contact& contact : contacts) {
-    acting_of.push_back(acting_on(model, contact, inputs.rows));
-    n_terms += acting_of.back().given, n_counted += acting_of.back().counts;
-  }
-  laws_.reserve(n_terms);
-  terms.reserve(terms.size() + n_terms);
-  counted_.reserve(n_counted);
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const Contact& contact = contacts[c];
-    const ActingOn& acting = acting_of[c];
-    if (!acting.given && !acting.counts) continue;
-    if (acting.counts) counted_.push_back(static_cast<Index>(c));
-    const double steepest = steepest_slope(contact, inputs), k = strengths.stiffness[c];
-    const Gaps gaps{contact.distance, steepest_gap(contact.thickness, shares_[c] * k, steepest)};
-    const ContactForce normal = extended_force(gaps, contact.thickness, k);
-    forces_[c] = normal.force;
+  std::vector<AtStart> starts(contacts.size());
+  parallel_for(
+      team, static_cast<Index>(contacts.size()),
+      [&](Index c) {
+        AtStart& start = starts[c];
+        start.acting = acting_on(model, contacts[c], inputs.rows);
+        if (!start.acting.given && !start.acting.counts) return;
+        start.stiffness = strengths.stiffness[c];
+        start.steepest = steepest_slope(contacts[c], inputs);
+        start.normal = normal_at_start(contacts[c], start, shares_[c]);
+        forces_[c] = start.normal.force;
+      },
+      contacts_at_once);
+  counted_.reserve(std::count_if(starts.begin(), starts.end(),
+                                 [](const AtStart& start) { return start.acting.counts; }));
+  std::vector<Index> with_term;
+  for (Index c = 0; c < static_cast<Index>(contacts.size()); ++c) {
+    const ActingOn& acting = starts[c].acting;
+    if (acting.counts) counted_.push_back(c);
     if (shares_[c] <= 0.0 || !acting.any) continue;
-    const double stiffness = shares_[c] * tangential_;
     if (acting.counts) {
-      energy_.add(shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm());
+      const double stiffness = shares_[c] * tangential_;
+      energy_.add(shares_[c] * starts[c].normal.energy + 0.5 * stiffness * slips_[c].squaredNorm());
       ++n_counted_;
     }
-    if (!acting.given) continue;
-    ExtraTerm term;
-    set_entries(model, contact.vertices, contact.weights, inputs, term);
-    if (term.n_entries == 0) continue;
-
-    const Vec3& n = contact.normal;
-    const Mat3 tangent = tangent_projector(n);
-    const Vec3 predicted = step * (tangent * weighted(contact, inputs.v0));
-    const Vec3 gained = step * (tangent * weighted(contact, inputs.last_change));
-    const double limit = contact.friction * shares_[c] * normal.force;
-    const FrictionResponse friction =
-        friction_response(slips_[c], sped_up(slips_[c], predicted, gained, stiffness, limit),
-                          tangent, stiffness, limit);
-
-    term.gradient = -shares_[c] * normal.force * n + friction.gradient;
-    term.hessian = shares_[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
-    terms.push_back(term);
-    laws_.push_back({n, contact.distance, contact.thickness, shares_[c], contact.friction,
-                     slips_[c], limit, shares_[c] * k, steepest, static_cast<Index>(c),
-                     inputs.rows.contains(term.entries[0].row)});
+    if (acting.given) with_term.push_back(c);
   }
+  const std::size_t first = terms.size();
+  terms.resize(first + with_term.size());
+  laws_.resize(with_term.size());
+  parallel_for(
+      team, static_cast<Index>(with_term.size()),
+      [&](Index i) {
+        const Index c = with_term[i];
+        const Contact& contact = contacts[c];
+        const double share = shares_[c];
+        ContactLaw& law = laws_[i];
+        ExtraTerm& term = terms[first + i];
+        set_entries(model, contact.vertices, contact.weights, inputs, term);
+        law = law_at_start(contact, starts[c], share, slips_[c]);
+        law.contact = c;
+        law.counts = inputs.rows.contains(term.entries[0].row);
+        set_forces(contact, inputs, share * tangential_, starts[c].normal, law, term);
+      },
+      contacts_at_once);
 }
 
 double ContactTerms::at(const Team& team, const Points& displacement, double time,

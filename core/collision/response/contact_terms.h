@@ -48,7 +48,7 @@ class ContactTerms {
   ContactTerms() = default;
   // Appends a term for each contact that has a positive share and acts on at least one of
   // `inputs.rows`. `contacts` may omit contacts that act on other rows only.
-  ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
+  ContactTerms(const Team& team, const CollisionModel& model, const ContactInputs& inputs,
                const std::vector<Contact>& contacts, const ContactStrengths& strengths,
                ExtraTerms& terms);
 

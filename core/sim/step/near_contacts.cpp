@@ -163,7 +163,8 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
       forces};
   near.terms_divided = collision.divided();
   if (near.terms_divided) inputs.rows = owned_rows(engines.layout);
-  near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
+  near.contact_terms =
+      collision.terms(engines.collision_team, inputs, near.contacts, state.contacts, near.terms);
   near.any_terms = any_terms(near, engines);
   collision.untangle(inputs, near.tangle, near.terms);
 }

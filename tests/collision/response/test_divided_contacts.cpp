@@ -78,7 +78,7 @@ Results results(const TestScene& scene, const std::shared_ptr<const Communicator
     ContactInputs inputs{x, v, still, no_bodies, 1e-3, n, scene.inverse_mass, pressing};
     inputs.rows = own;
     ExtraTerms terms;
-    const ContactTerms made = stage.terms(inputs, contacts, state, terms);
+    const ContactTerms made = stage.terms({}, inputs, contacts, state, terms);
     all.add(terms, own);
     all.numbers.push_back(stage.update_anchors(contacts, made, x, x1, state));
     all.add(state.anchors);

@@ -52,7 +52,7 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
   const ContactState state = anchored(contacts, 1e-4);
   ContactInputs inputs{x, v, none, no_bodies, 1e-3, n, scene.inverse_mass, no_forces};
   ExtraTerms all;
-  const ContactTerms whole = stage.terms(inputs, contacts, state, all);
+  const ContactTerms whole = stage.terms({}, inputs, contacts, state, all);
   REQUIRE(all.size() > 50);
   REQUIRE(whole.n_counted() == static_cast<std::int64_t>(all.size()));
   ExtraTerms all_after = all;
@@ -64,7 +64,7 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
   for (const IndexRange rows : {IndexRange{0, 30}, IndexRange{30, 40}, IndexRange{40, n}}) {
     inputs.rows = rows;
     ExtraTerms own;
-    const ContactTerms part = stage.terms(inputs, contacts, state, own);
+    const ContactTerms part = stage.terms({}, inputs, contacts, state, own);
     energy.add(part.energy());
     REQUIRE(part.size() == own.size());
     ExtraTerms own_after = own;

@@ -40,7 +40,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
     const auto contacts = stage.proximity(Team{1}, x, {});
     ExtraTerms terms;
     const ContactTerms made =
-        stage.terms({x, v, last_change, Points(0, 3), h, n, scene.inverse_mass, Points(0, 3)},
+        stage.terms({}, {x, v, last_change, Points(0, 3), h, n, scene.inverse_mass, Points(0, 3)},
                     contacts, state, terms);
     const Vec3 before = velocity;
     // If `again` is true, the solve is repeated, as in the linearised integrators.
@@ -150,8 +150,8 @@ TEST_CASE("an anchor follows a vertex to a neighbouring face and ends with its c
   ExtraTerms terms;
   const Points still = Points::Zero(x.rows(), 3);
   const ContactTerms made =
-      stage.terms({x, still, still, Points(0, 3), 1e-3, 4, scene.inverse_mass, Points(0, 3)}, first,
-                  state, terms);
+      stage.terms({}, {x, still, still, Points(0, 3), 1e-3, 4, scene.inverse_mass, Points(0, 3)},
+                  first, state, terms);
   stage.update_anchors(first, made, x, x1, state);
   REQUIRE(state.anchors.size() == 1);
   CHECK((state.anchors[0].slip - Vec3(2e-5, 0, 0)).norm() < 1e-15);

@@ -25,7 +25,8 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   CollisionStage stage(scene.model);
   result.contacts = stage.proximity(Team{1}, x, {});
   result.energy = stage
-                      .terms({x, v, Points(Points::Zero(x.rows(), 3)), centres, 1e-3, n_cloth,
+                      .terms({},
+                             {x, v, Points(Points::Zero(x.rows(), 3)), centres, 1e-3, n_cloth,
                               scene.inverse_mass, Points(0, 3)},
                              result.contacts, state, result.terms)
                       .energy()
@@ -185,7 +186,7 @@ TEST_CASE(
   // At zero displacement, normal force and stiffness equal their values at the start.
   const Points unchanged = Points::Zero(n, 3), no_bodies(0, 3);
   const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n, scene.inverse_mass, Points(0, 3)};
-  ContactTerms made = stage.terms(inputs, smooth, state, terms);
+  ContactTerms made = stage.terms({}, inputs, smooth, state, terms);
   ExtraTerms there = terms;
   made.at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);
   REQUIRE(terms.size() > 20);
@@ -194,7 +195,7 @@ TEST_CASE(
     CHECK((there[i].hessian - terms[i].hessian).norm() <= 1e-12 * terms[i].hessian.norm());
   }
   terms.clear();
-  made = stage.terms(inputs, contacts, state, terms);
+  made = stage.terms({}, inputs, contacts, state, terms);
   const auto at = [&](const Points& moved, ExtraTerms& out) {
     out = terms;
     return made.at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
@@ -414,7 +415,7 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
   const Points still = Points::Zero(n, 3), no_bodies(0, 3);
   const ContactInputs inputs{x, still, still, no_bodies, 1e-3, n, scene.inverse_mass, Points(0, 3)};
   ExtraTerms terms;
-  const ContactTerms made = stage.terms(inputs, contacts, {}, terms);
+  const ContactTerms made = stage.terms({}, inputs, contacts, {}, terms);
   REQUIRE(terms.size() > 20);
   // The upper sheet sinks by the fraction `sunk` of the gap. Contacts are stiffened only if it
   // sinks by more than three quarters of the gap.
