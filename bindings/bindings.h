@@ -109,8 +109,8 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
       if (value >= std::numeric_limits<Scalar>::min() &&
           value <= std::numeric_limits<Scalar>::max())
         continue;
-      fail<InvalidInput>("{} must be whole numbers within {}, got {}", name,
-                         std::numeric_limits<Scalar>::max(),
+      fail<InvalidInput>("{} must be whole numbers in [{}, {}], got {}", name,
+                         std::numeric_limits<Scalar>::min(), std::numeric_limits<Scalar>::max(),
                          py::str(any.attr(end)()).template cast<std::string>());
     }
   const py::array_t<Scalar, py::array::c_style | py::array::forcecast> array(any);

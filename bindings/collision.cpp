@@ -51,7 +51,7 @@ struct BoundDetector {
 
 void check_indices(const Triangles& triangles, Eigen::Index n) {
   if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= n))
-    fail<InvalidInput>("triangles must refer to points 0 to {}, got {} to {}", n - 1,
+    fail<InvalidInput>("triangles must hold point indices in [0, {}), got {} to {}", n,
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 

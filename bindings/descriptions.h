@@ -305,7 +305,7 @@ template <Description D>
     std::decay_t<decltype(std::declval<D>().*(each.member))> member{};
     if (!loaded(value, member)) explain_value<D>(name, each, value);
   });
-  throw py::type_error(std::string(name) + ": takes keyword arguments only");
+  throw py::type_error(std::string(name) + ": the arguments cannot be converted");
 }
 
 // Returns the keyword arguments and, under the names of the first fields, the positional arguments.

@@ -82,8 +82,8 @@ std::string kind_name() {
 inline std::string mesh_hint(const py::object& value) {
   if (value.is_none()) return "";
   if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__"))
-    return "; read a file by loomstone.meshes.read(path)";
-  return "; make one by TriangleMesh(vertices, triangles), or read a file by "
+    return "; read the file with loomstone.meshes.read(path)";
+  return "; create one with TriangleMesh(vertices, triangles), or read a file with "
          "loomstone.meshes.read(path)";
 }
 

@@ -21,7 +21,8 @@ std::vector<Corners2> corners_of(const TriangleMesh& mesh, const std::string& re
 
 void check_finite(const Points& points) {
   for (Index i = 0; i < points.rows(); ++i)
-    if (!points.row(i).allFinite()) fail<InvalidInput>("points must be finite, row {} is not", i);
+    if (!points.row(i).allFinite())
+      fail<InvalidInput>("points must be finite, but row {} is not", i);
 }
 
 Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::string& rest,
@@ -140,7 +141,7 @@ void bind_limits(py::module_& m) {
       "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond "
       "`strain_limit`. Returns the new\n"
       "points and a LimitReport. The change preserves linear and angular momentum, except for "
-      "reactions at fixed vertices.\n"
+      "reactions at the vertices in `fixed`.\n"
       "masses (n) [kg]; None: a third of the area of the triangles around each vertex. fixed: "
       "indices of vertices that do not move.\n"
       "options: LimitOptions (strain_rate has no effect here).");

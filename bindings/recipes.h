@@ -10,7 +10,8 @@ namespace loomstone {
 inline py::tuple state_of(const SourceRecipe& recipe) {
   if (recipe.kind.empty())
     throw Unsupported(
-        "the magnetised state of a body cannot be pickled; pickle the body that magnetises");
+        "a body with induced magnetisation cannot be pickled; pickle its SoftBody and induce() "
+        "again");
   const py::object of = recipe.of ? py::object(state_of(*recipe.of)) : py::none();
   return py::make_tuple(recipe.kind, recipe.values, recipe.mesh, of);
 }

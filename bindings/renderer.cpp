@@ -146,8 +146,8 @@ void bind_renderer(py::module_& m) {
       .def("include", &CameraFit::include, py::arg("frame"),
            py::call_guard<py::gil_scoped_release>(), "Includes a frame.")
       .def("camera", &CameraFit::camera, "Returns the camera.");
-  py::class_<Renderer> c(m, "Renderer",
-                         "Draws frames of one run without a display, by OSMesa or else by EGL.");
+  py::class_<Renderer> c(
+      m, "Renderer", "Draws frames of one run without a display, with OSMesa, EGL or softpipe.");
   c.def(py::init([](const FrameTopology& topology, const RenderOptions& options,
                     const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& table,
                     bool diverging) {

@@ -113,10 +113,9 @@ void bind_tests(py::module_& m) {
       py::arg("bandwidth") = 1e10, py::arg("overhead") = 0.2e-6, py::arg("poll_interval") = 5e-6,
       "Returns the ReplayReport of the search. decomposition: \"static\" or \"dynamic\". Messages "
       "take `latency` [s] and\n"
-      "have `bandwidth` [bytes/s]; sending, receiving and polling for one take `overhead` [s] "
-      "each. A rank that has "
-      "work polls every\n"
-      "`poll_interval` [s].");
+      "have `bandwidth` [bytes/s]. Sending a message, receiving one and polling each take "
+      "`overhead` [s]. A rank that\n"
+      "has work polls every `poll_interval` [s].");
 }
 
 void bind_lists(py::module_& m) {
@@ -135,8 +134,8 @@ void bind_lists(py::module_& m) {
       py::arg("ranks"), py::kw_only(), py::arg("latency") = 1.5e-6, py::arg("bandwidth") = 1e10,
       py::arg("overhead") = 0.2e-6,
       "Returns the ReplayReport of the search. Messages take `latency` [s] and have `bandwidth` "
-      "[bytes/s]; sending and receiving\n"
-      "one take `overhead` [s] each.");
+      "[bytes/s]. Sending a message\n"
+      "and receiving one each take `overhead` [s].");
 }
 
 }  // namespace

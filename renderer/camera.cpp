@@ -69,7 +69,7 @@ void widen(Framing& framing) {
   }
 }
 
-// Eye and target of the camera at one time. If the eye or the target has key frames, it moves along
+// Eye and target of the camera at one time. If the eye or the target has keyframes, it moves along
 // a cubic spline through them (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
 // If the camera has no key frames, the eye only gives the viewing direction: it is 1 m from the
 // target.
@@ -239,7 +239,7 @@ CameraFit::CameraFit(const FrameTopology& topology, const RenderOptions& options
       aspect_(static_cast<double>(options.width) / options.height),
       framing_(nothing()) {
   require(camera_.times.empty(),
-          "a camera with key frames cannot be fitted; leave out its times, or the fit");
+          "a camera with keyframes cannot be fitted; leave out its times, or the fit");
   camera_.fit = true;
 }
 

@@ -26,7 +26,7 @@ void check_name(const std::string& field, const std::string& value,
     fail<InvalidInput>("render.{} must be {}, got '{}'", field, listed(names), value);
 }
 
-// Checks the key frames of a camera.
+// Checks the keyframes of a camera.
 void check_path(const Camera& camera) {
   const Index n = static_cast<Index>(camera.times.size());
   for (std::size_t i = 0; i < camera.times.size(); ++i)
@@ -44,7 +44,8 @@ void check_path(const Camera& camera) {
     const Vec3 target = camera.targets.rows() > 0 ? Vec3(camera.targets.row(i)) : camera.target;
     const Vec3 sight = target - camera.eyes.row(i).transpose();
     require(sight.norm() > 0.0 && sight.normalized().cross(camera.up.normalized()).norm() > 1e-6,
-            "render.camera: key frame {} must look at a point other than its eye, and not along up",
+            "render.camera: keyframe {} must have a target other than its eye, and a line of sight "
+            "that is not parallel to up",
             i);
   }
 }
@@ -80,14 +81,15 @@ void check_finite(const char* what, const Points& points) {
   for (Index row = 0; row < points.rows(); ++row)
     if (!points.row(row).allFinite())
       fail<InvalidInput>(
-          "{} of a frame must be finite, row {} is not; render a frame from before the failure",
+          "{} of a frame must be finite, but row {} is not; render a frame from before the failure",
           what, row);
 }
 
 void check_corners(const char* what, const Triangles& triangles, Index n_vertices) {
   for (Index row = 0; row < triangles.rows(); ++row)
     if (triangles.row(row).minCoeff() < 0 || triangles.row(row).maxCoeff() >= n_vertices)
-      fail<InvalidInput>("{} must index {} vertices, row {} does not", what, n_vertices, row);
+      fail<InvalidInput>("{} must hold vertex indices in [0, {}), but row {} does not", what,
+                         n_vertices, row);
 }
 
 void check_owners(const char* what, const std::vector<Index>& owners, std::size_t n) {
@@ -125,14 +127,12 @@ void check_topology(const FrameTopology& t) {
   if (t.corner_uv.rows() != 3 * m || static_cast<Index>(t.cloth_of_triangle.size()) != m)
     fail<InvalidInput>(
         "the topology must have one cloth and three rows of corner_uv for each of its {} "
-        "triangles, "
-        "got {} and {}",
+        "triangles, got {} and {}",
         m, t.cloth_of_triangle.size(), t.corner_uv.rows());
   if (static_cast<Index>(t.body_of_triangle.size()) != t.body_triangles.rows() ||
       t.body_is_floor.size() != t.body_names.size())
     throw InvalidInput(
-        "the topology must name the body of every body triangle and say for every body whether it "
-        "is "
+        "the topology must give the body of every body triangle, and for every body whether it is "
         "a floor");
   if (!t.body_pole.empty() && t.body_pole.size() != t.body_of_vertex.size())
     fail<InvalidInput>(
@@ -193,8 +193,7 @@ void check_values(std::size_t rows, const std::vector<ColorRange>* values) {
   if (values->size() != rows)
     fail<InvalidInput>(
         "value_ranges must have a range for each of the {} rows of color_by, got {}; take them "
-        "from "
-        "value_ranges() of the same options",
+        "from value_ranges() of the same options",
         rows, values->size());
   for (const ColorRange& range : *values)
     if (!(range.low <= range.high) || !std::isfinite(range.high - range.low))

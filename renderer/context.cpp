@@ -199,10 +199,9 @@ std::unique_ptr<Context> create_context() {
   if (!context && tried("softpipe")) context = create_osmesa(OsMesa::of_wheel(), "softpipe");
   if (!context)
     fail<Unsupported>(
-        "rendering needs OpenGL 3.3 without a screen, and {} could not be loaded; install one of "
-        "them (Debian: apt-get install libosmesa6, or libegl1 with libegl-mesa0 and "
-        "libgl1-mesa-dri).",
-        forced.empty() ? "neither OSMesa nor EGL" : forced + " (LOOMSTONE_GL)");
+        "rendering needs OpenGL 3.3 without a screen, but {} be loaded; install OSMesa or EGL "
+        "(Debian: apt-get install libosmesa6, or libegl1 with libegl-mesa0 and libgl1-mesa-dri).",
+        forced.empty() ? "neither OSMesa nor EGL could" : forced + " (LOOMSTONE_GL) could not");
   return context;
 }
 
@@ -215,7 +214,7 @@ GladGLContext load_functions(Context& context) {
   if (!gladLoadGLContext(&functions, function))
     fail<Unsupported>(
         "the functions of OpenGL 3.3 could not be loaded from {}; update Mesa or force another "
-        "library by LOOMSTONE_GL=osmesa|egl",
+        "library with LOOMSTONE_GL=osmesa, egl or softpipe",
         name);
   return functions;
 }

@@ -29,7 +29,7 @@ Framing make_framing(const FrameTopology& topology, const Frame& first);
 // Floors and hidden bodies are left out.
 class CameraFit {
  public:
-  // Throws InvalidInput for an invalid topology or options, or if the camera has key frames.
+  // Throws InvalidInput for an invalid topology or options, or if the camera has keyframes.
   CameraFit(const FrameTopology& topology, const RenderOptions& options);
   void include(const Frame& frame);
   // Returns the camera at its fitted position, with Camera::fit switched off. At least one frame

@@ -18,9 +18,9 @@ struct Camera {
   Vec3 up = Vec3(0, 0, 1);
   double field_of_view_degrees = 35.0;
   bool fit = true;    // move the eye so that all surfaces except floors fill the picture; only the
-                      // direction from `target` to `eye` is used. Ignored with key frames.
+                      // direction from `target` to `eye` is used. Ignored with keyframes.
   double turn = 0.0;  // [degrees/s]
-  std::vector<double> times;  // times of key frames, ascending [s]
+  std::vector<double> times;  // times of keyframes, ascending [s]
   Points eyes, targets;       // (times x 3) [m]; without targets, `target` is used
 
   static auto fields() {
@@ -37,10 +37,10 @@ struct Camera {
             "whether cloth and bodies of all frames drawn together fill the picture, seen from the "
             "direction eye - target; without effect if there are times"),
         field("turn", &C::turn, "1/s", unlimited(),
-              "degrees per second of the run by which the camera turns about the axis up through "
-              "target, or through the middle of the scene with fit; positive: counter-clockwise "
-              "seen from above"),
-        field("times", &C::times, "times of key frames of the camera [s], ascending; empty: none"),
+              "degrees per second of simulated time by which the camera turns about the axis up "
+              "through target, or through the middle of the scene with fit; positive: "
+              "counter-clockwise seen from above"),
+        field("times", &C::times, "times of keyframes of the camera [s], ascending; empty: none"),
         field("eyes", &C::eyes,
               "(times x 3) positions of the camera [m], on a smooth path through all of them"),
         field("targets", &C::targets,

@@ -18,7 +18,8 @@ std::size_t find_by_name(const List& list, const std::string& name, const std::s
     known += (known.empty() ? "\"" : ", \"") + list[i].name + "\"";
   }
   if (known.empty())
-    fail<InvalidInput>("{} must be an existing name, but there are none, got \"{}\"", where, name);
+    fail<InvalidInput>("{} must be an existing name, got \"{}\", but there are no names", where,
+                       name);
   fail<InvalidInput>("{} must be one of the names {}, got \"{}\"", where, known, name);
 }
 

@@ -256,7 +256,7 @@ struct AccountReport {
               "work of scripted pins and obstacles on cloth and bodies"),
         field("loads", &R::loads, "J", unlimited(),
               "work of air, external forces, forces that untangle, and asynchronous contacts that "
-              "restore their gaps, on cloth"),
+              "restore their gaps, on cloth; work of external forces and torques on bodies"),
         field("friction", &R::friction, "J", unlimited(),
               "work against the friction of contacts, in the solve or at events"),
         field("damping", &R::damping, "J", unlimited(),

@@ -126,9 +126,8 @@ void check_shape(const std::string& name, const Checkpoint::Array& array) {
   std::int64_t count = 1;
   for (std::int64_t length : array.shape) count *= length;
   if (count != static_cast<std::int64_t>(array.values.size()))
-    fail<InvalidInput>(
-        "checkpoint array '{}' must have as many values as its shape says ({}), got {}.", name,
-        count, array.values.size());
+    fail<InvalidInput>("checkpoint array '{}' must have {} values according to its shape, got {}.",
+                       name, count, array.values.size());
 }
 
 std::vector<unsigned char> to_bytes(const std::string& path, const Checkpoint& checkpoint) {
@@ -156,7 +155,7 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
   const Hdf5File file = Hdf5File::open_image(bytes, path);
   if (!file.has_attribute("/", "format") || !file.has_attribute("/", "kind") ||
       file.text_attribute("/", "kind") != "checkpoint")
-    fail<CacheError>("{}: is not a loomstone checkpoint.", path);
+    fail<CacheError>("{}: is not a loomstone checkpoint; give a file that loomstone wrote.", path);
   check_file_format(path, format, file.attribute("/", "format"));
   Checkpoint checkpoint;
   for (const std::string& name : file.children("/arrays")) {
@@ -201,13 +200,12 @@ Checkpoint read_checkpoint(const std::string& path) {
     std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof trailer, sizeof trailer);
   if (std::memcmp(trailer.mark, mark, sizeof mark) != 0)
     fail<CacheError>(
-        "{}: is not a loomstone checkpoint, or is truncated; resume from another checkpoint.",
-        path);
+        "{}: is not a loomstone checkpoint or is truncated; resume from another checkpoint.", path);
   const std::size_t length = bytes.size() - sizeof trailer;
   if (trailer.length != length || checksum(bytes.data(), length) != trailer.checksum)
     fail<CacheError>(
         "{}: the checkpoint is damaged (its checksum does not match its content); resume from "
-        "another.",
+        "another checkpoint.",
         path);
   return from_bytes(path, {bytes.data(), length});
 }

@@ -20,14 +20,14 @@ inline void check_file_format(const std::string& path, const FileFormat& format,
                               std::int64_t found) {
   if (found > format.newest)
     fail<CacheError>(
-        "{}: written by a newer version ({} format {}, this build reads up to {}); update "
+        "{}: was written by a newer version ({} format {}, this build reads up to {}); update "
         "loomstone.",
         path, format.what, found, format.newest);
   const std::string read = format.oldest == format.newest
                                ? formatted("{}", format.newest)
                                : formatted("{} to {}", format.oldest, format.newest);
   if (found < format.oldest)
-    fail<CacheError>("{}: written by an older version ({} format {}, this build reads {}); {}.",
+    fail<CacheError>("{}: was written by an older version ({} format {}, this build reads {}); {}.",
                      path, format.what, found, read, format.instead);
 }
 

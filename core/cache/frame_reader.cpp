@@ -20,8 +20,8 @@ namespace {
 Hdf5File open_ours(const std::string& path, const std::string& kind) {
   Hdf5File file = Hdf5File::open(path);
   if (!file.has_attribute(group, "format") || !file.has_attribute(group, "kind"))
-    fail<CacheError>("{}: is HDF5 but not a loomstone cache; give a file that loomstone wrote.",
-                     path);
+    fail<CacheError>(
+        "{}: is an HDF5 file but not a loomstone cache; give a file that loomstone wrote.", path);
   check_file_format(path, format, file.attribute(group, "format"));
   if (const std::string found_kind = file.text_attribute(group, "kind"); found_kind != kind)
     fail<CacheError>("{}: must be a loomstone file of kind '{}', got '{}'.", path, kind,
@@ -44,8 +44,9 @@ void check_group_numbers(const Hdf5File& file, const std::vector<Index>& groups,
                          std::size_t n_names) {
   for (Index number : groups)
     if (number < 0 || static_cast<std::size_t>(number) >= n_names)
-      fail<CacheError>("{}: the file is damaged: it names cloth or body {} of {}.", file.name(),
-                       number, n_names);
+      fail<CacheError>(
+          "{}: the file is damaged: the index of a cloth or body must be in [0, {}), got {}.",
+          file.name(), n_names, number);
 }
 
 }  // namespace
@@ -66,7 +67,7 @@ struct FrameReader::Data {
     metadata = run_file.read_text(group + "/metadata");
     if (run_file.has_attribute(group, "n_coils")) n_coils = run_file.attribute(group, "n_coils");
     if (n_coils < 0 || n_coils > run_file.length() / 8)
-      fail<CacheError>("{}: the file is damaged: n_coils is not a count.", run_file.name());
+      fail<CacheError>("{}: the file is damaged: n_coils is {}.", run_file.name(), n_coils);
     if (run_file.attribute(group, "has_bodies")) {
       bodies_file = open_ours(bodies_path, bodies_kind);
       bodies.emplace(*bodies_file);
@@ -136,8 +137,8 @@ const std::vector<double>& FrameReader::times() const { return data_->times; }
 
 Frame FrameReader::frame(int index) const {
   if (index < 0 || index >= n_frames())
-    fail<InvalidInput>("frame index must be in [0, {}), got {} of {}.", n_frames(), index,
-                       data_->run_file.name());
+    fail<InvalidInput>("{}: frame index must be in [0, {}), got {}.", data_->run_file.name(),
+                       n_frames(), index);
   const PolyDataReader& run = data_->run;
   const std::int64_t n_vertices = run.n_vertices(), n_triangles = run.triangles().rows();
   Frame frame;

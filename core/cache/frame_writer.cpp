@@ -29,8 +29,8 @@ void write_description(Hdf5File& file, const std::string& kind,
 void check_rows(const char* name, Eigen::Index rows, Eigen::Index expected, int columns) {
   if (rows == expected) return;
   fail<InvalidInput>(
-      "frame.{} must have {} rows of {} as the topology says, got {}; write frames of one run "
-      "only.",
+      "frame.{} must have {} rows of {} numbers to fit the topology, got {} rows; write frames of "
+      "one run only.",
       name, expected, columns, rows);
 }
 
@@ -42,7 +42,7 @@ void check_topology(const FrameTopology& topology) {
   check("corner_uv", topology.corner_uv.rows(), topology.triangles.size());
   for (Index vertex : topology.triangles.reshaped())
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= topology.cloth_of_vertex.size())
-      fail<InvalidInput>("topology.triangles must name vertices in [0, {}), got {}.",
+      fail<InvalidInput>("topology.triangles must hold vertex indices in [0, {}), got {}.",
                          topology.cloth_of_vertex.size(), vertex);
   check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()),
         topology.triangles.rows());

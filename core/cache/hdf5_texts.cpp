@@ -142,7 +142,7 @@ std::string Hdf5File::text_attribute(const std::string& object, const std::strin
   const Id space(checked(H5Aget_space(attribute), shared_->name, tried));
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
       H5Sget_simple_extent_npoints(space) != 1)
-    damaged(shared_->name, "attribute " + name + " of " + object + " is not a text");
+    damaged(shared_->name, "attribute " + name + " of " + object + " is not a string");
   std::string text(H5Tget_size(type), '\0');
   checked(H5Aread(attribute, type, text.data()), shared_->name, tried);
   return text.c_str();
@@ -168,7 +168,7 @@ std::vector<std::string> Hdf5File::read_texts(const std::string& path) const {
   const Id type(checked(H5Dget_type(dataset), shared_->name, "read the type of " + path));
   const Id space(checked(H5Dget_space(dataset), shared_->name, "read the shape of " + path));
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0)
-    damaged(shared_->name, path + " is not a text");
+    damaged(shared_->name, path + " does not hold strings");
   const auto count =
       static_cast<std::size_t>(std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0));
   const std::size_t length = H5Tget_size(type);
@@ -187,7 +187,7 @@ std::vector<std::string> Hdf5File::read_texts(const std::string& path) const {
 
 std::string Hdf5File::read_text(const std::string& path) const {
   const std::vector<std::string> texts = read_texts(path);
-  if (texts.size() != 1) damaged(shared_->name, path + " is not one text");
+  if (texts.size() != 1) damaged(shared_->name, path + " is not a single string");
   return texts[0];
 }
 

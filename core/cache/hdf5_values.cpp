@@ -44,7 +44,7 @@ std::int64_t Hdf5File::attribute(const std::string& object, const std::string& n
               shared_->name, tried));
   const Id space(checked(H5Aget_space(attribute), shared_->name, tried));
   if (H5Sget_simple_extent_npoints(space) != 1)
-    damaged(shared_->name, "attribute " + name + " of " + object + " is not one number");
+    damaged(shared_->name, "attribute " + name + " of " + object + " is not a single number");
   std::int64_t value = 0;
   checked(H5Aread(attribute, H5T_NATIVE_INT64, &value), shared_->name, tried);
   return value;

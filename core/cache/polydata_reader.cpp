@@ -15,7 +15,8 @@ namespace {
 
 PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
   const auto n_points = file.read_array<std::int64_t>(polydata_root + "/NumberOfPoints");
-  if (n_points.size() != 1 || n_points[0] < 0) damaged(file, "NumberOfPoints is not one count");
+  if (n_points.size() != 1 || n_points[0] < 0)
+    damaged(file, "NumberOfPoints is not a single number >= 0");
   n_points_ = n_points[0];
   read_triangles();
 
@@ -24,7 +25,8 @@ PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
   const Hdf5Rows times = file.open_rows(polydata_root + "/Steps/Values", {Number::Float64, 1});
   const std::int64_t n_frames =
       std::min(file.attribute(polydata_root + "/Steps", "NSteps"), times.size());
-  if (n_frames < 0 || n_frames > file.length() / 8) damaged(file, "NSteps is not a count");
+  if (n_frames < 0 || n_frames > file.length() / 8)
+    damaged(file, formatted("NSteps is {}", n_frames));
   times_.resize(static_cast<std::size_t>(n_frames));
   times.read(0, n_frames, times_.data());
 }
@@ -43,7 +45,7 @@ void PolyDataReader::read_triangles() {
   triangles_.resize(static_cast<Eigen::Index>(connectivity.size() / 3), 3);
   for (std::size_t corner = 0; corner < connectivity.size(); ++corner) {
     if (connectivity[corner] < 0 || connectivity[corner] >= n_points_)
-      damaged(*file_, "a triangle names a missing vertex");
+      damaged(*file_, "a triangle refers to a missing vertex");
     triangles_.data()[corner] = vertices[static_cast<std::size_t>(connectivity[corner])];
   }
 }

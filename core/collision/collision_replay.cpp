@@ -24,15 +24,14 @@ void check_surface(const CollisionRecord& record, std::size_t s) {
   if (!within(surface.first_vertex, surface.n_vertices, n_vertices) ||
       !within(surface.first_triangle, surface.n_triangles, n_triangles))
     fail<InvalidInput>(
-        "surface {} must have some of the {} vertices and {} triangles, got vertices {} to {} and "
-        "triangles {} to {}",
-        s, n_vertices, n_triangles, surface.first_vertex,
-        surface.first_vertex + surface.n_vertices - 1, surface.first_triangle,
-        surface.first_triangle + surface.n_triangles - 1);
+        "surface {} must lie within the {} vertices and {} triangles of the record, got {} "
+        "vertices from vertex {} and {} triangles from triangle {}",
+        s, n_vertices, n_triangles, surface.n_vertices, surface.first_vertex, surface.n_triangles,
+        surface.first_triangle);
 }
 
 CollisionModel model_of(const CollisionRecord& record) {
-  check_motion(record.x0, record.x1, record.gap_floor);
+  check_motion(record.x0, record.x1, record.gap_floor, "gap_floor");
   check_triangles(record.triangles, static_cast<Index>(record.x0.rows()));
   CollisionModel model;
   model.n_vertices = static_cast<Index>(record.x0.rows());

@@ -213,11 +213,11 @@ Edges unique_edges(const Triangles& triangles) {
   return edges;
 }
 
-void check_motion(const Points& x0, const Points& x1, double inflation) {
+void check_motion(const Points& x0, const Points& x1, double inflation, const char* name) {
   if (x1.rows() != x0.rows())
     fail<InvalidInput>("x1 must have as many rows as x0 ({}), got {}", x0.rows(), x1.rows());
   if (!(inflation >= 0.0) || !std::isfinite(inflation))
-    fail<InvalidInput>("inflation must be at least 0 m and finite, got {}", inflation);
+    fail<InvalidInput>("{} must be at least 0 m and finite, got {}", name, inflation);
   if (x0.allFinite() && x1.allFinite()) return;
   for (Index i = 0; i < x0.rows(); ++i)
     if (!x0.row(i).allFinite() || !x1.row(i).allFinite())
@@ -228,8 +228,8 @@ void check_triangles(const Triangles& triangles, Index n_vertices) {
   for (Index t = 0; t < triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k)
       if (triangles(t, k) < 0 || triangles(t, k) >= n_vertices)
-        fail<InvalidInput>("triangles must hold vertices 0 to {}, but triangle {} has {}",
-                           n_vertices - 1, t, triangles(t, k));
+        fail<InvalidInput>("triangles must hold vertex indices in [0, {}), but triangle {} has {}",
+                           n_vertices, t, triangles(t, k));
 }
 
 }  // namespace loomstone

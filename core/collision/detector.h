@@ -62,8 +62,9 @@ class Detector {
 Edges unique_edges(const Triangles& triangles);
 
 // Throws InvalidInput if x0 and x1 differ in size or are not finite, or if the inflation is
-// negative or not finite.
-void check_motion(const Points& x0, const Points& x1, double inflation);
+// negative or not finite. `name` is the name of `inflation` in the message.
+void check_motion(const Points& x0, const Points& x1, double inflation,
+                  const char* name = "inflation");
 // Throws InvalidInput if a vertex index is negative, or if it is `n_vertices` or more.
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

@@ -1,6 +1,7 @@
 // Builds and checks coils and bearings.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "core/base/find_by_name.h"
@@ -66,13 +67,34 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
     if (magnet.saturation > 0.0 || magnet.cells.rows() > 0)
       fail<Unsupported>(
           "{}: with a circuit, bodies must magnetise linearly and mutually, got magnets[{}] with "
-          "{}; leave that out, or give the coil currents",
+          "{}; leave that out, or prescribe the currents of the coil",
           where, k, magnet.saturation > 0.0 ? "a saturation" : "the explicit response");
     require(coil.inductance > 0.0,
             "{}.inductance must be > 0 [H] together with bodies that magnetise, got {}; give that "
             "of the winding in air",
             where, coil.inductance);
   }
+}
+
+// Throws InvalidInput for inductances (circuits x circuits) that are not positive definite. The
+// message states those of the two most strongly coupled circuits.
+[[noreturn]] void refuse_inductances(const MagneticModel& model,
+                                     const Eigen::MatrixXd& inductances) {
+  Eigen::Index one = 0, other = 1;
+  double strongest = -1.0;
+  for (Eigen::Index b = 1; b < inductances.rows(); ++b)
+    for (Eigen::Index a = 0; a < b; ++a) {
+      const double product = inductances(a, a) * inductances(b, b);
+      const double coupling = product > 0.0 ? inductances(a, b) * inductances(a, b) / product
+                                            : std::numeric_limits<double>::infinity();
+      if (coupling > strongest) strongest = coupling, one = a, other = b;
+    }
+  fail<InvalidInput>(
+      "circuits must have a positive definite matrix of inductances (M^2 < L_1 L_2 for each pair), "
+      "got M = {:.6g} H, L_1 = {:.6g} H and L_2 = {:.6g} H for coils[{}] and coils[{}]; give each "
+      "coil the inductance of its winding",
+      inductances(one, other), inductances(one, one), inductances(other, other),
+      model.circuits[one], model.circuits[other]);
 }
 
 // Checks that the winding of coil j does not enter the magnetisable body k. If the scene has
@@ -145,7 +167,7 @@ void add_coils(const MagneticScene& scene, MagneticModel& model) {
     const bool circuit = coil.resistance > 0.0;
     if (circuit && scene.n_bodies == 0)
       fail<Unsupported>(
-          "{}: circuits are advanced together with rigid bodies, got a scene without one; add a "
+          "{}: circuits are advanced together with rigid bodies, but the scene has none; add a "
           "body anywhere",
           where);
     const Stand stand = find_stand(scene, coil.body, coil.source->pose, where + ".body");
@@ -169,12 +191,7 @@ void check_coils(const MagneticModel& model, const CarrierPlaces& start) {
       inductances(a, b) = inductances(b, a) =
           mutual_inductance(coils[model.circuits[b]], coils[model.circuits[a]], 1e-4);
   }
-  if (m < 2) return;
-  require(inductances.llt().info() == Eigen::Success,
-          "circuits must have a positive definite matrix of inductances, M^2 < L_1 L_2 for each "
-          "two, got M = {:.6g} H, L_1 = {:.6g} H and L_2 = {:.6g} H for the first two; give each "
-          "coil the inductance of its winding",
-          inductances(1, 0), inductances(0, 0), inductances(1, 1));
+  if (m >= 2 && inductances.llt().info() != Eigen::Success) refuse_inductances(model, inductances);
 }
 
 }  // namespace loomstone

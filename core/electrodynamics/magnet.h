@@ -31,8 +31,8 @@ struct Magnet {
               "pose in the frame of the body's mesh"),
         field("response", &M::response,
               "response of a body that magnetises: mutual (to the field of all other sources) | "
-              "explicit (as in the thesis: cells of `density` respond as isolated spheres, but "
-              "not to each other or to other bodies that magnetise)"),
+              "explicit (as in Thomaszewski 2010: cells of `density` respond as isolated "
+              "spheres, but not to each other or to other bodies that magnetise)"),
         field("density", &M::density, "1/m^3", non_negative(),
               "number density of the cells of an explicit response"));
   }

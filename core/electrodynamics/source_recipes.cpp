@@ -46,8 +46,8 @@ class Values {
 
 [[noreturn]] void refuse(const SourceRecipe& recipe) {
   fail<InvalidInput>(
-      "a recipe must name a source of loomstone.magnetics, got \"{}\"; the magnetised state of a "
-      "body has none",
+      "a recipe must be that of a source of loomstone.magnetics, got \"{}\" (empty: a body with "
+      "induced magnetisation, which has no recipe)",
       recipe.kind);
 }
 

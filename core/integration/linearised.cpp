@@ -233,7 +233,7 @@ class LinearisedIntegrator final : public Integrator {
     if (!solved.converged)
       throw StepFailure(formatted(
           "the linear solve of the implicit step did not reach its tolerance in {} iterations "
-          "(residual {:.3g}); shorten integrator.step, loosen integrator.tolerance or use "
+          "(residual {:.3g}); shorten integrator.step, raise integrator.tolerance or use "
           "linear_solver=\"direct\"",
           solved.iterations, solved.residual));
     return {iterations, solved.residual};

@@ -37,18 +37,20 @@ constexpr auto choices(Schedule) {
       ChoiceName{Schedule::Queue, "queue",
                  "every triangle keeps its own step and phase, events are ordered in a heap, order "
                  "1; for comparison"},
-      ChoiceName{Schedule::Refill, "refill",
-                 "every interval begins a new phase, as printed in the thesis; gains energy, for "
-                 "comparison"}};
+      ChoiceName{
+          Schedule::Refill, "refill",
+          "every interval begins a new phase, as printed in Thomaszewski 2010; gains energy, "
+          "for comparison"}};
 }
 
 enum class StepLimit { Eigenvalue, Inradius };
 constexpr auto choices(StepLimit) {
   return std::array{
-      ChoiceName{StepLimit::Eigenvalue, "eigenvalue",
-                 "from the highest frequency of the triangle, for every shape and material"},
+      ChoiceName{
+          StepLimit::Eigenvalue, "eigenvalue",
+          "computed from the highest frequency of the triangle; for every shape and material"},
       ChoiceName{StepLimit::Inradius, "inradius",
-                 "from the time in which a wave passes the inscribed circle"}};
+                 "computed from the time in which a wave crosses the inscribed circle"}};
 }
 
 enum class Limiting { Potential, Impulses, None };
@@ -174,8 +176,7 @@ struct Asynchronous : IntegratorCommon {
               "0.6 for limit=\"inradius\""),
         field("bending_multiple", &O::bending_multiple, "1", between(0.0, 64.0),
               "largest step of bending as a multiple of the membrane's, at least 1, within "
-              "bending's own "
-              "limit; 0: bending acts in the events of the membrane"),
+              "the limit of bending itself; 0: bending acts in the events of the membrane"),
         field("limiting", &O::limiting, "method that enforces the strain limits of cloth"),
         field("predicted", &O::predicted, "1", positive(),
               "strain at which limiting begins, for impulses the strain that is predicted for the "

@@ -59,8 +59,8 @@ void throw_not_finite(const LinearSystem& system, const Points& b, const Points&
       static_cast<Index>(-layout.communicator().maximum(-static_cast<std::int64_t>(bad)));
   if (first == layout.n_rows())
     throw StepFailure(
-        "linear solve: the matrix must be finite, got a product that is not; check the forces and "
-        "the step size");
+        "linear solve: the matrix must be finite, got a product with NaN or infinity; check the "
+        "forces and the step size");
   fail<SolverFailure>(
       "linear solve: right side and guess must be finite, got NaN or infinity in row {}; check the "
       "forces on it and the step size",
@@ -73,8 +73,8 @@ void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
   const auto first = static_cast<Index>(-system.layout->communicator().maximum(-mine));
   if (first < none)
     fail<StepFailure>(
-        "linear solve: the matrix must be positive definite, got a diagonal block that is not in "
-        "row {}; check its mass and reduce the step size",
+        "linear solve: the matrix must be positive definite, got a diagonal block in row {} "
+        "that is not; check the mass of this row and reduce the step size",
         first);
 }
 

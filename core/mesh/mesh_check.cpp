@@ -137,8 +137,8 @@ void check_winding(const Triangles& triangles, const std::vector<Side>& sides) {
     if (sides[i].triangle != worst && sides[i - 1].triangle != worst) continue;
     const Index other = sides[i].triangle == worst ? sides[i - 1].triangle : sides[i].triangle;
     fail<InvalidInput>(
-        "triangle {} must have the same winding as its neighbours, but {} is inverted against "
-        "triangle {} across edge ({}, {}); swap two of its vertices",
+        "triangle {} must have the same winding as its neighbours, but {} is wound opposite to "
+        "triangle {}, with which it shares edge ({}, {}); swap two of its vertices",
         worst, corners(triangles, worst), other, sides[i].low, sides[i].high);
   }
 }

@@ -123,8 +123,10 @@ void SpatialQuery::Data::check() const {
 void SpatialQuery::Data::build_tree() {
   device = rtcNewDevice("threads=1");
   if (!device) {
-    fail<Error>("spatial query: Embree gave no device (error {}); it needs a processor with SSE2",
-                static_cast<int>(rtcGetDeviceError(nullptr)));
+    fail<Error>(
+        "spatial query: Embree could not create a device (error {}): there is not enough "
+        "memory, or it does not support this processor",
+        static_cast<int>(rtcGetDeviceError(nullptr)));
   }
   scene = rtcNewScene(device);
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_DYNAMIC);

@@ -36,15 +36,15 @@ Plane widest_plane(const Points& vertices) {
 
 void check_permutation(const std::vector<Index>& order, Index count, const char* what) {
   std::vector<char> seen(static_cast<std::size_t>(count), 0);
-  bool valid = order.size() == seen.size();
-  for (std::size_t i = 0; valid && i < order.size(); ++i) {
-    valid = order[i] >= 0 && order[i] < count && !seen[static_cast<std::size_t>(order[i])];
-    if (valid) seen[static_cast<std::size_t>(order[i])] = 1;
-  }
-  if (!valid) {
-    fail<InvalidInput>(
-        "{} must hold each of 0 to {} once, got {} entries that do not; give a permutation", what,
-        count - 1, order.size());
+  if (order.size() != seen.size())
+    fail<InvalidInput>("{} must be a permutation of {} indices, got {} entries", what, count,
+                       order.size());
+  for (const Index entry : order) {
+    if (entry < 0 || entry >= count || seen[static_cast<std::size_t>(entry)])
+      fail<InvalidInput>(
+          "{} must be a permutation that holds each index in [0, {}) once, got {}, which is {}",
+          what, count, entry, entry < 0 || entry >= count ? "out of range" : "repeated");
+    seen[static_cast<std::size_t>(entry)] = 1;
   }
 }
 

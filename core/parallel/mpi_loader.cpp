@@ -64,7 +64,7 @@ int launched_ranks() {
 }  // namespace
 
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle) {
-  const char* problem = "MPI gave no communicator";
+  const char* problem = "the MPI plug-in created no communicator and gave no reason";
   std::shared_ptr<const Communicator> made(load_plugin()(fortran_handle, &problem));
   if (made == nullptr) throw InvalidInput(problem);
   if (fortran_handle == -1 && made->size() == 1 && launched_by_mpi())

@@ -32,7 +32,7 @@ int RowLayout::owner(Index row) const {
 
 BinnedSum RowLayout::owned_sum(const std::vector<double>& block_sums) const {
   assert(static_cast<Index>(block_sums.size()) == blocks_of(n_rows()) &&
-         "one sum a block of all rows");
+         "there must be one sum per block of all rows");
   BinnedSum sum;
   for (Index block = blocks_of(begin()); block < blocks_of(end()); ++block)
     sum.add(block_sums[block]);

@@ -13,7 +13,7 @@ class SingleMailbox final : public Mailbox {
   int rank() const override { return 0; }
   int size() const override { return 1; }
   void send(int, const void*, std::size_t) override {
-    assert(false && "a single rank has nobody to write to");
+    assert(false && "a single rank has no other rank to send to");
   }
   bool receive(std::vector<std::byte>&) override { return false; }
 };
@@ -28,7 +28,8 @@ class SingleCommunicator final : public Communicator {
   void start_gather(void*, const std::vector<std::size_t>&) const override {}
   void start_exchange(const std::vector<Message>& to,
                       const std::vector<Message>& from) const override {
-    assert(to.empty() && from.empty() && "a single rank has no neighbours");
+    assert(to.empty() && from.empty() &&
+           "a single rank has no other rank to exchange messages with");
     static_cast<void>(to), static_cast<void>(from);
   }
   void start_add(BinnedSum*, int) const override {}

@@ -63,7 +63,7 @@ void check_not_forked() {
   if (forked_after_region.load(std::memory_order_relaxed))
     throw Unsupported(
         "a forked process cannot run parallel loops, got a fork after the parent had run one; "
-        "start processes by \"spawn\" or use threads=1");
+        "start processes with the method \"spawn\", or use threads=1");
 }
 
 BusyTimer::BusyTimer(const Team& team)

@@ -55,7 +55,7 @@ class ByteReader {
     if (fits) return;
     fail<InvalidInput>(
         "rigid state: the saved contact points must be those of this scene, got bytes that do not "
-        "fit; load the state with the scene it was saved from");
+        "fit; load the state with the scene from which it was saved");
   }
 
  private:

@@ -19,8 +19,8 @@ void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected) {
       given.deformed.rows() == expected.deformed.rows())
     return;
   fail<InvalidInput>(
-      "there must be one pose for each of the {} obstacles and {} vertices of obstacles that "
-      "deform, got {} and {}; give the places of all obstacles",
+      "there must be one pose for each of the {} obstacles, and {} vertices of obstacles that "
+      "deform, got {} poses and {} vertices; give the places of all obstacles",
       expected.poses.size(), expected.deformed.rows(), given.poses.size(), given.deformed.rows());
 }
 
@@ -29,9 +29,11 @@ void check_rows(const RigidState& state, Index n) {
       state.velocities.rows() == n && state.angular_velocities.rows() == n)
     return;
   fail<InvalidInput>(
-      "rigid state must have one row for each of the {} bodies, got {}; load the state with the "
-      "scene it was saved from",
-      n, state.positions.rows());
+      "the tables of a rigid state must have one row for each of the {} bodies, got {} positions, "
+      "{} orientations, {} velocities and {} angular velocities; load the state with the scene "
+      "from which it was saved",
+      n, state.positions.rows(), state.orientations.rows(), state.velocities.rows(),
+      state.angular_velocities.rows());
 }
 
 void check_motion(const RigidState& state, double step) {

@@ -22,7 +22,7 @@ enum class BodyShape { Sphere, Box, Convex, Parts };
 constexpr auto choices(BodyShape) {
   return std::array{ChoiceName{BodyShape::Sphere, "sphere"}, ChoiceName{BodyShape::Box, "box"},
                     ChoiceName{BodyShape::Convex, "convex", "convex hull of the mesh"},
-                    ChoiceName{BodyShape::Parts, "parts", "the convex meshes of parts"}};
+                    ChoiceName{BodyShape::Parts, "parts", "the convex meshes in parts"}};
 }
 
 struct RigidBody {
@@ -38,15 +38,15 @@ struct RigidBody {
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  double thickness = 0.0;  // see CollisionSurface [m]; 0: largest thickness of the cloths
+  double thickness = 0.0;  // contact distance to cloth [m]; 0: the largest of the cloths
   std::optional<Look> look;
 
   static auto fields() {
     return std::make_tuple(
         field("name", &RigidBody::name, "name in reports and files"),
         field("mesh", &RigidBody::mesh, "closed surface in the body's own frame"),
-        field("shape", &RigidBody::shape, "collision shape towards bodies and obstacles"),
-        field("parts", &RigidBody::parts, "convex parts, for the shape parts"),
+        field("shape", &RigidBody::shape, "shape in contacts with bodies and obstacles"),
+        field("parts", &RigidBody::parts, "convex meshes of the shape \"parts\""),
         field("density", &RigidBody::density, "kg/m^3", positive(),
               "density, used if the mass is 0"),
         field("mass", &RigidBody::mass, "kg", non_negative(),
@@ -61,7 +61,7 @@ struct RigidBody {
         field("restitution", &RigidBody::restitution, "1", between(0.0, 1.0),
               "restitution coefficient"),
         field("thickness", &RigidBody::thickness, "m", non_negative(),
-              "contact distance to cloth; 0: that of the cloth"),
+              "contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth"),
         field("look", &RigidBody::look,
               "Look: its colour and texture in pictures; None: the renderer's"));
   }

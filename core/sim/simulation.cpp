@@ -84,7 +84,7 @@ struct Simulation::Data {
                          model.cloth.n_vertices, user.rows());
     for (Index i = 0; i < user.rows(); ++i)
       if (!user.row(i).allFinite())
-        fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
+        fail<InvalidInput>("{} must be finite, but row {} is not; nothing was changed", name, i);
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
     note(kind);
   }
@@ -94,7 +94,7 @@ struct Simulation::Data {
                          user.rows());
     for (Index i = 0; i < user.rows(); ++i)
       if (!user.row(i).allFinite())
-        fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
+        fail<InvalidInput>("{} must be finite, but row {} is not; nothing was changed", name, i);
     std::copy(user.data(), user.data() + user.size(), rows.data());
     note(UserWrites::Table);
   }
@@ -300,14 +300,14 @@ void Simulation::set_pin_targets(const Points& targets) {
     if (!pinned[data_->model.row_of_vertex[i]]) of_pins.row(i).setZero();
   data_->to_rows(of_pins, "pin_targets", data_->state.made(data_->state.pin_target));
   if (!any)
-    throw InvalidInput("the cloth must have pins to move them, it has none; give Cloth.pins");
+    throw InvalidInput("the cloth must have pins to move them, but has none; give Cloth.pins");
   data_->state.pin_override = pinned;
   data_->state.target_time = time() + step_size();
 }
 
 void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation) {
   const int n = static_cast<int>(data_->model.obstacles.size());
-  if (n == 0) throw InvalidInput("the scene must have obstacles to move one, it has none");
+  if (n == 0) throw InvalidInput("the scene must have obstacles to move one, but has none");
   if (obstacle < 0 || obstacle >= n)
     fail<InvalidInput>("obstacle must be in [0, {}], got {}", n - 1, obstacle);
   if (!position.allFinite() || std::abs(orientation.norm() - 1.0) > 1e-6)
@@ -368,7 +368,7 @@ Checkpoint Simulation::checkpoint() const {
   if (!may_checkpoint())
     fail<InvalidInput>(
         "a scene with rigid bodies can be saved only at multiples of scene.rigid_rebuild_interval "
-        "= {} steps, this is step {}",
+        "= {} steps, got step {}",
         data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
   // previous_bending is up to date only in the rows of this rank.

@@ -497,7 +497,7 @@ class AccountReport:
     @property
     def loads(self) -> float:
         """
-        work of air, external forces, forces that untangle, and asynchronous contacts that restore their gaps, on cloth [J]
+        work of air, external forces, forces that untangle, and asynchronous contacts that restore their gaps, on cloth; work of external forces and torques on bodies [J]
         """
     @property
     def lost(self) -> float:
@@ -1218,8 +1218,8 @@ class RigidBody:
     ---------------------
     name : name in reports and files; default ''
     mesh : closed surface in the body's own frame
-    shape : collision shape towards bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
-    parts : convex parts, for the shape parts
+    shape : shape in contacts with bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes in parts); default 'convex'
+    parts : convex meshes of the shape "parts"
     density : density, used if the mass is 0 [kg/m^3]; > 0; default 1000.0
     mass : mass, spread evenly over the volume; 0: density times volume [kg]; >= 0; default 0.0
     position : world position of the mesh's origin [m]
@@ -1228,7 +1228,7 @@ class RigidBody:
     angular_velocity : angular velocity in world axes [rad/s]
     friction : friction coefficient [1]; >= 0; default 0.3
     restitution : restitution coefficient [1]; in [0, 1]; default 0.0
-    thickness : contact distance to cloth; 0: that of the cloth [m]; >= 0; default 0.0
+    thickness : contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
     look : Look: its colour and texture in pictures; None: the renderer's
     """
 
@@ -1337,7 +1337,7 @@ class RigidBody:
     @property
     def parts(self) -> list[TriangleMesh]:
         """
-        convex parts, for the shape parts
+        convex meshes of the shape "parts"
         """
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1352,12 +1352,12 @@ class RigidBody:
     @property
     def shape(self) -> typing.Literal["sphere", "box", "convex", "parts"]:
         """
-        collision shape towards bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
+        shape in contacts with bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes in parts); default 'convex'
         """
     @property
     def thickness(self) -> float:
         """
-        contact distance to cloth; 0: that of the cloth [m]; >= 0; default 0.0
+        contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1502,7 +1502,7 @@ class ClothMaterial:
     density : mass per area [kg/m^2]; > 0; default 0.3
     bending_weft : flexural rigidity along weft [N m]; >= 0; default 1e-05
     bending_warp : flexural rigidity along warp [N m]; >= 0; default 1e-05
-    bending_twist : twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
+    bending_twist : twist rigidity (coefficient of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
     bending_coupling : coupling rigidity of curvatures along weft and warp [N m]; default 0.0
     viscosity_dilation : dilational viscosity lambda_d, equation (2.25) [N s/m]; default 0.0
     viscosity_shear : shear viscosity mu_d, equation (2.25) [N s/m]; >= 0; default 0.0
@@ -1578,7 +1578,7 @@ class ClothMaterial:
     @property
     def bending_twist(self) -> float:
         """
-        twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
+        twist rigidity (coefficient of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
         """
     @property
     def bending_warp(self) -> float:
@@ -1830,7 +1830,7 @@ class Cloth:
     material : ClothMaterial
     rest : rest lengths: uv (lengths of the pattern: uv in metres [m]) | mesh (lengths of the mesh: uv give only the directions); default 'uv'
     rest_angles : rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
-    bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
+    bending : bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
     script_positions : (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
@@ -1910,7 +1910,7 @@ class Cloth:
     @property
     def bending(self) -> typing.Literal["mid-edge", "hinge"]:
         """
-        bending element: mid-edge (beam theory within 1 % along any direction) | hinge (wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
+        bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
         """
     @property
     def friction(self) -> float:
@@ -1995,7 +1995,7 @@ class Obstacle:
     numbered : whether a scene appends a number, as in sphere_2, if another surface has this name; default False
     mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
-    thickness : contact distance; 0: that of the cloth [m]; >= 0; default 0.0
+    thickness : contact distance; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
     times : times of the keyframes [s], ascending; empty: at rest
     positions : (times x 3) positions of the mesh's origin [m], linearly interpolated
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
@@ -2100,7 +2100,7 @@ class Obstacle:
     @property
     def thickness(self) -> float:
         """
-        contact distance; 0: that of the cloth [m]; >= 0; default 0.0
+        contact distance; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
         """
     @property
     def times(self) -> list[float]:
@@ -2169,7 +2169,7 @@ class Magnet:
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
     source : magnet (cuboid, cylinder, sphere, mesh, dipoles or cells of loomstone.magnetics) or body that magnetises (soft_cuboid, soft_cylinder, soft_sphere, soft_mesh), at its pose in the frame of the body's mesh
-    response : response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres, but not to each other or to other bodies that magnetise); default 'mutual'
+    response : response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in Thomaszewski 2010: cells of `density` respond as isolated spheres, but not to each other or to other bodies that magnetise); default 'mutual'
     density : number density of the cells of an explicit response [1/m^3]; >= 0; default 0.0
     """
 
@@ -2213,7 +2213,7 @@ class Magnet:
     @property
     def response(self) -> str:
         """
-        response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres, but not to each other or to other bodies that magnetise); default 'mutual'
+        response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in Thomaszewski 2010: cells of `density` respond as isolated spheres, but not to each other or to other bodies that magnetise); default 'mutual'
         """
     @property
     def source(self) -> None | MagneticBody | SoftBody:
@@ -2694,7 +2694,7 @@ class ExplicitEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
+    step : time step; auto: half the stable step at the start, divided if cloth becomes so stiff that it would be unstable [s]; > 0; default 'auto'
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2718,7 +2718,7 @@ class ExplicitEuler(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
+        time step; auto: half the stable step at the start, divided if cloth becomes so stiff that it would be unstable [s]; > 0; default 'auto'
         """
 
 class SymplecticEuler(Integrator):
@@ -2729,7 +2729,7 @@ class SymplecticEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
+    step : time step; auto: half the stable step at the start, divided if cloth becomes so stiff that it would be unstable [s]; > 0; default 'auto'
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2753,7 +2753,7 @@ class SymplecticEuler(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
+        time step; auto: half the stable step at the start, divided if cloth becomes so stiff that it would be unstable [s]; > 0; default 'auto'
         """
 
 class SemiImplicitEuler(Integrator):
@@ -3307,10 +3307,10 @@ class Asynchronous(Integrator):
     Parameters (keywords)
     ---------------------
     step : interval at whose ends all triangles are at the same time; auto: 2.5 ms [s]; > 0; default 0.0025
-    schedule : order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in the thesis; gains energy, for comparison); default 'nested'
-    limit : bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
+    schedule : order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in Thomaszewski 2010; gains energy, for comparison); default 'nested'
+    limit : bound of a triangle's step: eigenvalue (computed from the highest frequency of the triangle; for every shape and material) | inradius (computed from the time in which a wave crosses the inscribed circle); default 'eigenvalue'
     safety : step of a triangle as a fraction of its bound; auto: 0.4 for limit="eigenvalue", 0.6 for limit="inradius" [1]; in (0, 1]; default 'auto'
-    bending_multiple : largest step of bending as a multiple of the membrane's, at least 1, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+    bending_multiple : largest step of bending as a multiple of the membrane's, at least 1, within the limit of bending itself; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
     limiting : method that enforces the strain limits of cloth: potential (membrane with a second phase that is 30 times as stiff) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
     predicted : strain at which limiting begins, for impulses the strain that is predicted for the next event of a triangle; None: the limits of the cloth [1]; > 0
     present : present strain beyond which impulses also correct positions; None: 4/3 of the strain at which limiting begins [1]; > 0
@@ -3364,12 +3364,12 @@ class Asynchronous(Integrator):
     @property
     def bending_multiple(self) -> float:
         """
-        largest step of bending as a multiple of the membrane's, at least 1, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+        largest step of bending as a multiple of the membrane's, at least 1, within the limit of bending itself; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
         """
     @property
     def limit(self) -> typing.Literal["eigenvalue", "inradius"]:
         """
-        bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
+        bound of a triangle's step: eigenvalue (computed from the highest frequency of the triangle; for every shape and material) | inradius (computed from the time in which a wave crosses the inscribed circle); default 'eigenvalue'
         """
     @property
     def limiting(self) -> typing.Literal["potential", "impulses", "none"]:
@@ -3394,7 +3394,7 @@ class Asynchronous(Integrator):
     @property
     def schedule(self) -> typing.Literal["nested", "queue", "refill"]:
         """
-        order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in the thesis; gains energy, for comparison); default 'nested'
+        order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in Thomaszewski 2010; gains energy, for comparison); default 'nested'
         """
     @property
     def step(self) -> float | typing.Literal["auto"]:
@@ -3607,8 +3607,8 @@ class RecordedTests:
     ) -> ReplayReport:
         """
         Returns the ReplayReport of the search. decomposition: "static" or "dynamic". Messages take `latency` [s] and
-        have `bandwidth` [bytes/s]; sending, receiving and polling for one take `overhead` [s] each. A rank that has work polls every
-        `poll_interval` [s].
+        have `bandwidth` [bytes/s]. Sending a message, receiving one and polling each take `overhead` [s]. A rank that
+        has work polls every `poll_interval` [s].
         """
     @property
     def work(self) -> float:
@@ -3630,8 +3630,8 @@ class RecordedLists:
         overhead: typing.SupportsFloat | typing.SupportsIndex = 2e-07,
     ) -> ReplayReport:
         """
-        Returns the ReplayReport of the search. Messages take `latency` [s] and have `bandwidth` [bytes/s]; sending and receiving
-        one take `overhead` [s] each.
+        Returns the ReplayReport of the search. Messages take `latency` [s] and have `bandwidth` [bytes/s]. Sending a message
+        and receiving one each take `overhead` [s].
         """
     @property
     def work(self) -> float:
@@ -3768,8 +3768,8 @@ class Camera:
     up : upward direction of the picture
     field_of_view_degrees : vertical field of view [degrees]; in [1, 170]; default 35.0
     fit : whether cloth and bodies of all frames drawn together fill the picture, seen from the direction eye - target; without effect if there are times; default True
-    turn : degrees per second of the run by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
-    times : times of key frames of the camera [s], ascending; empty: none
+    turn : degrees per second of simulated time by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
+    times : times of keyframes of the camera [s], ascending; empty: none
     eyes : (times x 3) positions of the camera [m], on a smooth path through all of them
     targets : (times x 3) points at which the camera looks [m]; empty: target
     """
@@ -3854,12 +3854,12 @@ class Camera:
     @property
     def times(self) -> list[float]:
         """
-        times of key frames of the camera [s], ascending; empty: none
+        times of keyframes of the camera [s], ascending; empty: none
         """
     @property
     def turn(self) -> float:
         """
-        degrees per second of the run by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
+        degrees per second of simulated time by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
         """
     @property
     def up(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -4083,7 +4083,7 @@ class CameraFit:
 
 class Renderer:
     """
-    Draws frames of one run without a display, by OSMesa or else by EGL.
+    Draws frames of one run without a display, with OSMesa, EGL or softpipe.
     """
     def __init__(
         self,
@@ -4361,12 +4361,12 @@ class Simulation:
     ) -> None:
         """
         Sets the pose of an obstacle at the end of the next step: position [m] and quaternion (w, x, y, z).
-        The pose replaces the keyframes.
+        The pose replaces the keyframes. Automatic steps reach it after the time step_size.
         """
     def set_pin_targets(self, targets: typing.Any) -> None:
         """
         Sets the positions of pinned vertices at the end of the next step, (n x 3) [m]. Other rows are ignored.
-        The targets replace the script.
+        The targets replace the script. Automatic steps reach them after the time step_size.
         """
     def step(self) -> None:
         """
@@ -4771,7 +4771,7 @@ def limit_strain(
 ) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], LimitReport]:
     """
     Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`. Returns the new
-    points and a LimitReport. The change preserves linear and angular momentum, except for reactions at fixed vertices.
+    points and a LimitReport. The change preserves linear and angular momentum, except for reactions at the vertices in `fixed`.
     masses (n) [kg]; None: a third of the area of the triangles around each vertex. fixed: indices of vertices that do not move.
     options: LimitOptions (strain_rate has no effect here).
     """

@@ -99,7 +99,8 @@ TEST_CASE("a missing, empty or foreign file is named with what is wrong") {
   std::ofstream(directory / "run.vtkhdf") << "# vtk DataFile Version 3.0";
   CHECK_THAT(message_of(directory / "run.vtkhdf"), Contains("not an HDF5 file"));
   Hdf5File::create(directory / "run.vtkhdf").close();
-  CHECK_THAT(message_of(directory / "run.vtkhdf"), Contains("is HDF5 but not a loomstone cache"));
+  CHECK_THAT(message_of(directory / "run.vtkhdf"),
+             Contains("is an HDF5 file but not a loomstone cache"));
 }
 
 TEST_CASE("a file of a newer format is refused with both numbers") {

@@ -254,8 +254,9 @@ TEST_CASE("a reordered mesh has the same triangles and uv at their new positions
   CHECK_NOTHROW(
       TriangleMesh(other.vertices(), other.triangles(), other.uv(), other.uv_triangles()));
   vertex_order[0] = vertex_order[1];
-  CHECK_THROWS_WITH(mesh.reordered(vertex_order, triangle_order),
-                    Contains("vertex_order must hold each of 0 to 29 once"));
+  CHECK_THROWS_WITH(
+      mesh.reordered(vertex_order, triangle_order),
+      Contains("vertex_order must be a permutation that holds each index in [0, 30) once"));
   triangle_order.pop_back();
   CHECK_THROWS_AS(mesh.reordered({}, triangle_order), InvalidInput);
 }

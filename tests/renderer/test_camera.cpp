@@ -72,7 +72,7 @@ TEST_CASE("a fitted camera shows cloth and bodies up to the margin, and keeps th
   }
 }
 
-TEST_CASE("a camera goes through its key frames, smoothly, and stays at the ends", "[renderer]") {
+TEST_CASE("a camera goes through its keyframes, smoothly, and stays at the ends", "[renderer]") {
   Camera camera;
   camera.times = {0.0, 1.0, 3.0};
   camera.eyes.resize(3, 3);
@@ -89,7 +89,7 @@ TEST_CASE("a camera goes through its key frames, smoothly, and stays at the ends
   }
   CHECK((at(-1.0).eye - at(0.0).eye).norm() == 0.0);
   CHECK((at(9.0).eye - at(3.0).eye).norm() == 0.0);
-  const double h = 1e-4;  // the velocity is the same on both sides of a key frame
+  const double h = 1e-4;  // the velocity is the same on both sides of a keyframe
   const Vec3 before = (at(1.0).eye - at(1.0 - h).eye) / h,
              after = (at(1.0 + h).eye - at(1.0).eye) / h;
   CHECK(before.norm() > 0.5);

@@ -83,12 +83,12 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
         o.camera.times = {1.0};
         o.camera.eyes = Points::Zero(1, 3);
       },
-      "key frame 0 must look at a point other than its eye");
+      "keyframe 0 must have a target other than its eye");
 }
 
 TEST_CASE("frames that are not finite or not of this run are refused", "[renderer]") {
   refuses_frame([](Frame& f) { f.positions(3, 1) = not_a_number; }, "cloth",
-                "positions of a frame must be finite, row 3");
+                "positions of a frame must be finite, but row 3");
   refuses_frame([](Frame& f) { f.body_vertices(2, 0) = not_a_number; }, "cloth",
                 "body_vertices of a frame must be finite");
   refuses_frame([](Frame& f) { f.positions.conservativeResize(5, 3); }, "cloth",
@@ -109,9 +109,9 @@ TEST_CASE("a topology that contradicts itself is refused", "[renderer]") {
                    "corner_uv of the topology must be finite");
   refuses_topology([](FrameTopology& t) { t.body_is_floor.clear(); }, "whether it is a floor");
   refuses_topology([](FrameTopology& t) { t.triangles(2, 1) = 25; },
-                   "triangles must index 25 vertices, row 2");
+                   "triangles must hold vertex indices in [0, 25), but row 2");
   refuses_topology([](FrameTopology& t) { t.body_triangles(1, 1) = -1; },
-                   "body_triangles must index");
+                   "body_triangles must hold vertex indices");
   refuses_topology([](FrameTopology& t) { t.cloth_looks.resize(3); }, "each of its 1 cloths");
   refuses_topology([](FrameTopology& t) { t.body_looks.resize(3); }, "each of its 2 bodies");
   refuses_topology([](FrameTopology& t) { t.body_corner_uv.resize(3, 2); },

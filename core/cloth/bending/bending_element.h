@@ -10,10 +10,12 @@ namespace loomstone {
 enum class BendingElement { MidEdge, Hinge };
 constexpr auto choices(BendingElement) {
   return std::array{
-      ChoiceName{BendingElement::MidEdge, "mid-edge", "beam theory within 1 % along any direction"},
-      ChoiceName{BendingElement::Hinge, "hinge",
-                 "wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular "
-                 "meshes, and by a factor of 2 at 45 degrees to a grid"}};
+      ChoiceName{BendingElement::MidEdge, "mid-edge",
+                 "agrees with beam theory within 1 % along any direction"},
+      ChoiceName{
+          BendingElement::Hinge, "hinge",
+          "rigidity is wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed "
+          "irregular meshes, and by a factor of 2 at 45 degrees to a grid"}};
 }
 
 }  // namespace loomstone

@@ -39,18 +39,23 @@ void check_bending_setup(const BendingSetup& setup) {
     const Vec2 e1 = (x.row(1) - x.row(0)).transpose(), e2 = (x.row(2) - x.row(0)).transpose();
     const double area = 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
     if (!(area > 1e-12 * std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()})))
-      refuse("corners", t, "three that span a rest area > 1e-12 of the longest edge squared [m^2]",
-             area, "remove the triangle or turn its corners counter-clockwise");
+      refuse("corners", t,
+             "three points with a rest area > 1e-12 of the longest edge squared [m^2]", area,
+             "remove the triangle or turn its corners counter-clockwise");
     const Mat3& d = setup.rigidity[t];
     if (!d.allFinite() || d != d.transpose())
-      refuse("rigidity", t, "finite and symmetric", d.sum(),
-             "give finite bending_weft, bending_warp, bending_twist and bending_coupling [N m]");
+      fail<InvalidInput>(
+          "bending: rigidity[{}] must be finite and symmetric, got rows ({}, {}, {}), ({}, {}, {}) "
+          "and ({}, {}, {}); give finite bending_weft, bending_warp, bending_twist and "
+          "bending_coupling [N m]",
+          t, d(0, 0), d(0, 1), d(0, 2), d(1, 0), d(1, 1), d(1, 2), d(2, 0), d(2, 1), d(2, 2));
     const Vec3 eigenvalues =
         Eigen::SelfAdjointEigenSolver<Mat3>(d, Eigen::EigenvaluesOnly).eigenvalues();
     if (eigenvalues(0) < -1e-12 * eigenvalues(2))
-      refuse("rigidity", t,
-             "positive semi-definite (bending_coupling^2 <= bending_weft * bending_warp)",
-             eigenvalues(0), "lower bending_coupling");
+      fail<InvalidInput>(
+          "bending: rigidity[{}] must be positive semi-definite (bending_coupling^2 <= "
+          "bending_weft * bending_warp), got an eigenvalue of {}; lower bending_coupling",
+          t, eigenvalues(0));
     if (!(setup.damping[t] >= 0.0) || !std::isfinite(setup.damping[t]))
       refuse("damping", t, ">= 0 [s]", setup.damping[t], "negative damping would add energy");
   }

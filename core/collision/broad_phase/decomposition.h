@@ -25,7 +25,7 @@ enum class Traversal { Loops, Tasks };
 constexpr auto choices(Traversal) {
   return std::array{
       ChoiceName{Traversal::Loops, "loops", "a parallel loop over branches of the traversal"},
-      ChoiceName{Traversal::Tasks, "tasks", "OpenMP tasks made from the stacks"}};
+      ChoiceName{Traversal::Tasks, "tasks", "idle threads take branches from busy ones"}};
 }
 
 }  // namespace loomstone

@@ -64,7 +64,11 @@ void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
                   const std::function<void(Index, Index)>& visit) {
   const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"),
                                                                  rtcReleaseDevice);
-  if (!device) fail<Error>("Embree could not create a device; it needs a processor with SSE2");
+  if (!device)
+    fail<Error>(
+        "Embree could not create a device (error {}): there is not enough memory, or it does not "
+        "support this processor",
+        static_cast<int>(rtcGetDeviceError(nullptr)));
   const BoxScene first(device.get(), a), second(device.get(), b);
   if (first.item.empty() || second.item.empty()) return;
   Reports reports;

@@ -262,10 +262,12 @@ namespace {
 LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions options) {
   if (!options.uniform.allFinite() || !options.centre.allFinite())
     throw InvalidInput("uniform [T] and centre [m] of field lines must be finite");
-  if (!(options.extent >= 0.0) || !(options.length >= 0.0) || !std::isfinite(options.extent))
-    throw InvalidInput(
+  if (!(options.extent >= 0.0) || !(options.length >= 0.0) || !std::isfinite(options.extent) ||
+      !std::isfinite(options.length))
+    fail<InvalidInput>(
         "extent [m] and length [m] of field lines must be finite and at least 0 (0: chosen from "
-        "the bodies)");
+        "the bodies), got {} and {}",
+        options.extent, options.length);
   if (!(options.tolerance >= 1e-12 && options.tolerance <= 0.1))
     fail<InvalidInput>("tolerance of field lines must be in [1e-12, 0.1], got {}",
                        options.tolerance);
@@ -273,8 +275,8 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
     std::tie(options.centre, options.extent) = bounding_ball(bodies), options.extent *= 4.0;
   if (options.extent == 0.0)
     throw InvalidInput(
-        "extent [m] of field lines must be given where bodies have none (point dipoles, no "
-        "bodies)");
+        "extent [m] of field lines must be > 0 if there are no bodies or only point dipoles, got "
+        "0");
   if (options.length == 0.0) options.length = 20.0 * options.extent;
   return options;
 }

@@ -13,7 +13,8 @@ constexpr std::size_t most_cells = 4000000;
 
 const CellMagnet& checked_cells(const MagneticBody& body) {
   const CellMagnet* magnet = body.source->cell_magnet();
-  if (!magnet) throw InvalidInput("body must have cells, got one without; make it by cells()");
+  if (!magnet)
+    throw InvalidInput("body must have cells, got one without cells; create it with cells()");
   return *magnet;
 }
 

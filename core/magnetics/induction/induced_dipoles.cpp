@@ -157,8 +157,9 @@ Points sphere_moments(const Team& team, const Points& positions, const std::vect
     fail<InvalidInput>("tolerance must be in (0, 1), got {}", tolerance);
   if (radii.size() != n || susceptibilities.size() != n)
     fail<InvalidInput>(
-        "radii and susceptibilities must be one for each of the {} points, got {} and {}", n,
-        radii.size(), susceptibilities.size());
+        "each of the {} points must have one radius and one susceptibility, got {} radii and {} "
+        "susceptibilities",
+        n, radii.size(), susceptibilities.size());
   Vector polarizabilities(n);
   for (std::size_t i = 0; i < n; ++i) {
     if (!(radii[i] > 0.0) || !std::isfinite(radii[i]))

@@ -191,7 +191,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
     if (!changed) return result;
   }
   fail<SolverFailure>(
-      "saturating bodies must reach an equilibrium, got none after {} rounds; give a larger "
+      "saturating bodies must reach an equilibrium, got none after {} rounds; raise "
       "tolerance",
       most_rounds);
 }

@@ -213,8 +213,8 @@ std::vector<Grid> grids_of(const Team& team, const std::vector<int>& counts,
 
 void check_panels(Index panels, Index most, int cells, const char* shape) {
   if (panels > most)
-    fail<InvalidInput>("panels must be at most {}, got {} on a {} with {} cells; take fewer", most,
-                       panels, shape, cells);
+    fail<InvalidInput>("a {} must have at most {} panels, got {} with {} cells; take fewer cells",
+                       shape, most, panels, cells);
 }
 
 }  // namespace
@@ -222,7 +222,7 @@ void check_panels(Index panels, Index most, int cells, const char* shape) {
 void check_cells(int cells, const std::string& shape, const std::string& name) {
   const int most = shape == "cylinder" ? 24 : 48;
   if (cells < 8 || cells > most || cells % 4 != 0)
-    fail<InvalidInput>("{} must be a multiple of 4 from 8 to {} of a {}, got {}", name, most, shape,
+    fail<InvalidInput>("{} of a {} must be a multiple of 4 from 8 to {}, got {}", name, shape, most,
                        cells);
 }
 
@@ -288,9 +288,11 @@ SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibi
 SoftShapePtr soft_mesh_shape(const Team& team, const TriangleMesh& mesh, double susceptibility,
                              Index panels) {
   check_susceptibility(susceptibility);
-  if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
-    fail<InvalidInput>("panels must be at most {}, and so must the triangles of the mesh, got {}",
-                       most_panels, std::max(panels, mesh.n_triangles()));
+  if (panels < 0 || panels > most_panels)
+    fail<InvalidInput>("panels must be in [0, {}], got {}", most_panels, panels);
+  if (mesh.n_triangles() > most_panels)
+    fail<InvalidInput>("a mesh that magnetises must have at most {} triangles, got {}; simplify it",
+                       most_panels, mesh.n_triangles());
   PanelForm form;
   form.solid = std::make_shared<MeshMagnet>(mesh, Vec3(0, 0, 1));
   form.volume = form.solid->moment().norm() * mu0;

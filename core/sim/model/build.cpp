@@ -98,7 +98,7 @@ void check_scripts(const Model& model, const State& state) {
     std::ostringstream out;
     out << item("cloths", c, model.scene.cloths[c].name)
         << ".script_positions must begin where the vertices are (within the mean edge, " << edge
-        << " m), vertex " << vertex_in_cloth(model, user) << " begins " << away
+        << " m), but vertex " << vertex_in_cloth(model, user) << " begins " << away
         << " m away; move the mesh or the script";
     throw InvalidInput(out.str());
   }

@@ -33,8 +33,9 @@ template <class Matrix>
 void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
   get(c, name, matrix);
   if (matrix.rows() != now.rows() || matrix.cols() != now.cols())
-    fail<CacheError>("the checkpoint's table \"{}\" must have {} rows, got {}; it is damaged", name,
-                     now.rows(), matrix.rows());
+    fail<CacheError>(
+        "the checkpoint's table \"{}\" must have {} x {} numbers, got {} x {}; it is damaged", name,
+        now.rows(), now.cols(), matrix.rows(), matrix.cols());
 }
 
 // Reads a table. If the checkpoint does not contain it, all entries are zero.
@@ -182,8 +183,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   if (integers(c, "counts") != counts)
     throw CacheError(
         "the checkpoint is of another scene (its counts of vertices, triangles, bodies or "
-        "obstacles differ); "
-        "resume with the scene and parameters of the run");
+        "obstacles differ); resume with the scene and parameters of the run");
   State s = state;
   s.step = integers(c, "step").at(0);
   Vector times;

@@ -42,7 +42,7 @@ void check_rows(const std::string& where, Index got, Index wanted, const std::st
 
 void check_finite(const std::string& where, const Points& points) {
   for (Index i = 0; i < points.rows(); ++i)
-    require(points.row(i).allFinite(), "{} must be finite, row {} is not: ({:.6g}, {:.6g}, {:.6g})",
+    require(points.row(i).allFinite(), "{} must be finite, but row {} is ({:.6g}, {:.6g}, {:.6g})",
             where, i, points(i, 0), points(i, 1), points(i, 2));
 }
 

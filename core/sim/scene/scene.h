@@ -102,7 +102,7 @@ struct Obstacle {
         field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
-              "contact distance; 0: that of the cloth"),
+              "contact distance; 0: the largest of the cloths, or 1 mm without cloth"),
         field("times", &O::times, "times of the keyframes [s], ascending; empty: at rest"),
         field("positions", &O::positions,
               "(times x 3) positions of the mesh's origin [m], linearly interpolated"),

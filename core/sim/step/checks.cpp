@@ -43,10 +43,14 @@ void check_divergence(const Model& model, const Points& x0, const ClothState& cl
   }
   if (worst < 0) return;
   std::ostringstream out;
-  out << "cloth vertex " << model.vertex_of_row(worst) << " moved by "
-      << (cloth.x.row(worst) - x0.row(worst)).norm() << " m in the stage \"" << stage
-      << "\", more than 100 times the size of the cloths, or is not finite; shorten "
-         "integrator.step";
+  const double moved = (cloth.x.row(worst) - x0.row(worst)).norm();
+  out << "cloth vertex " << model.vertex_of_row(worst);
+  if (moved > 100.0 * model.cloth_size && std::isfinite(moved))
+    out << " moved by " << moved << " m in the stage \"" << stage
+        << "\", more than 100 times the size of the cloths";
+  else
+    out << " has a position or velocity that is not finite after the stage \"" << stage << '"';
+  out << "; shorten integrator.step";
   throw SolverFailure(out.str());
 }
 

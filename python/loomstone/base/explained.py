@@ -17,7 +17,8 @@ from .. import _core
 __all__ = ["MESH_HINT", "WrongArguments"]
 
 MESH_HINT = (
-    "make one by TriangleMesh(vertices, triangles), or read a file by loomstone.meshes.read(path)"
+    "create one with TriangleMesh(vertices, triangles), or read a file with"
+    " loomstone.meshes.read(path)"
 )
 
 _SHORT = (

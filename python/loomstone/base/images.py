@@ -26,7 +26,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
         raise InvalidInput(f"{path}: there is no such image; give the path of a file") from None
     except UnidentifiedImageError:
         raise InvalidInput(
-            f"{path}: must be an image, such as a PNG or JPEG file, but Pillow does not read it"
+            f"{path}: must be an image, such as a PNG or JPEG file, but Pillow cannot read it"
         ) from None
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         told = " ".join(str(error).split())

@@ -75,7 +75,7 @@ def _describe_run(run: Run) -> None:
         begun = begun_in_python(kept)
         path = "Python" if begun else printable(str(stored_program(run).path))
         parameters = {} if begun else stored_program(run).parameters
-        print(f"made by loomstone {printable(str(kept.get('loomstone')))} from {path}")
+        print(f"written by loomstone {printable(str(kept.get('loomstone')))} from {path}")
         print(
             f"  parameters {parameters or 'default'}, {kept['duration']:g} s"
             f" at {kept['rate']:g} frames/s"

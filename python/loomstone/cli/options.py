@@ -52,7 +52,7 @@ Decomposition = Annotated[
 RecordTasks = Annotated[
     int,
     typer.Option(
-        help="record the motion of surfaces in every n-th step for loomstone replay; 0: of none",
+        help="record the motion of surfaces in every n-th step for loomstone replay; 0: never",
         min=0,
     ),
 ]

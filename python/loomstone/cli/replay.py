@@ -27,7 +27,7 @@ def replay(
     latency: Annotated[float, typer.Option(help="time that a message takes [s]")] = 1.5e-6,
     bandwidth: Annotated[float, typer.Option(help="bandwidth of the network [bytes/s]")] = 1e10,
     overhead: Annotated[
-        float, typer.Option(help="time on the processor to send, receive or look for a message [s]")
+        float, typer.Option(help="processor time to send, receive or poll for a message [s]")
     ] = 0.2e-6,
     poll_interval: Annotated[
         float, typer.Option(help="time between two polls of a rank that has work [s]")

@@ -63,7 +63,11 @@ Compression = Annotated[
     int, typer.Option(help="compression of the frames, 0: none, to 9", min=0, max=9)
 ]
 Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="replace an existing run, or write beside other files")
+    bool,
+    typer.Option(
+        "--overwrite",
+        help="replace an existing run, or write into a directory with other files, which are kept",
+    ),
 ]
 
 

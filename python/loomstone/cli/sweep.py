@@ -53,7 +53,7 @@ def sweep(
         typer.Option(help="address or file of a Dask scheduler, whose workers run the scene"),
     ] = None,
     plot: Annotated[
-        list[str], typer.Option(help="name of a figure of the report to plot; may be repeated")
+        list[str], typer.Option(help="name of a value in the report to plot; may be repeated")
     ] = list(FIGURES),  # noqa: B006
 ) -> None:
     """Runs a scene for all combinations of parameters.

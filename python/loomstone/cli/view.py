@@ -23,11 +23,12 @@ def view(
     threads: Threads = 0,
     port: Annotated[int, typer.Option(help="port of the page", min=0, max=65535)] = 8080,
     host: Annotated[
-        str, typer.Option(help="address at which the page is served; 0.0.0.0: to all machines")
+        str,
+        typer.Option(help="address that serves the page; 0.0.0.0: accessible from all machines"),
     ] = "127.0.0.1",
     paused: Annotated[bool, typer.Option("--paused", help="wait for the user to start")] = False,
     html: Annotated[
-        Path | None, typer.Option(help="write a page that needs no server to this file, and end")
+        Path | None, typer.Option(help="write to this file a page that needs no server, and exit")
     ] = None,
 ) -> None:
     """Shows a run on a web page, or simulates a scene there.

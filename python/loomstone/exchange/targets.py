@@ -26,7 +26,7 @@ def check_free(path: Path, *, overwrite: bool) -> None:
         raise CacheError(f"{path}: cannot be written: {error.strerror or error}") from error
     if taken and not overwrite:
         raise InvalidInput(
-            f"{path}: exists already; give another path, or replace it by --overwrite"
+            f"{path}: exists already; give another path, or overwrite it with --overwrite"
             " (overwrite=True)"
         )
 

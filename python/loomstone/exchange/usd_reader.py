@@ -112,7 +112,7 @@ def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
     """
     skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
     if not skeleton:
-        raise InvalidInput(f"{where} is bound to {target}, which is no skeleton")
+        raise InvalidInput(f"{where} is bound to {target}, which is not a skeleton")
     joints = len(skeleton.GetJointsAttr().Get() or [])
     for poses in (skeleton.GetBindTransformsAttr().Get(), skeleton.GetRestTransformsAttr().Get()):
         if poses is not None and len(poses) != joints:

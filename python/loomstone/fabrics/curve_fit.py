@@ -150,8 +150,8 @@ def _fit_shear(curve: Any, load: float, limit: float | None) -> ModeFit:
     if limit is None:
         if measured.max() < load:
             raise InvalidInput(
-                f"fit: shear: the curve never reaches the load of {load:.4g} [N/m], its"
-                f" largest is {measured.max():.4g} at a shear of {shear.max():.3g}; give"
+                f"fit: shear: the curve never reaches the load of {load:.4g} [N/m], but"
+                f" only {measured.max():.4g} at a shear of {shear.max():.3g}; give"
                 " shear_limit, or a lower load"
             )
         largest = _crossing("shear", shear, measured, load)
@@ -230,8 +230,8 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
     above = np.flatnonzero(load >= wanted)
     if above.size == 0:
         raise InvalidInput(
-            f"fit: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its"
-            f" largest is {load.max(initial=0.0):.4g}; extend the measurement, or give a lower load"
+            f"fit: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], but"
+            f" only {load.max(initial=0.0):.4g}; extend the measurement, or give a lower load"
         )
     i = int(above[0])
     if i == 0:

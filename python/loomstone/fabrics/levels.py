@@ -49,7 +49,7 @@ def of_levels(
         material,
         name=name,
         limits=limits,
-        source="levels for artists: our choice, bending by percentiles of 618 fabrics",
+        source="levels for artists, chosen for loomstone; bending: percentiles of 618 fabrics",
     )
 
 

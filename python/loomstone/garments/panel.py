@@ -137,7 +137,7 @@ def _check(panel: Panel) -> None:
     for loop in panel.loops:
         if not loop or not all(isinstance(edge, Edge) for edge in loop):
             raise InvalidInput(
-                f"{where}: edges must be made by line, polyline, quadratic ..., got {loop!r}"
+                f"{where}: edges must be created with line, polyline, quadratic ..., got {loop!r}"
             )
     names = [edge.name for loop in panel.loops for edge in loop]
     for name in names:

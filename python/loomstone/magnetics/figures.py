@@ -123,7 +123,10 @@ def plot_slice(
     if plane not in PLANES:
         raise InvalidInput(f"plane must be xy, xz or yz, got {plane!r}")
     if not sources or resolution < 8 or arrows < 2:
-        raise InvalidInput("a slice needs bodies, a resolution of at least 8 and at least 2 arrows")
+        raise InvalidInput(
+            "a slice needs bodies, a resolution of at least 8 and at least 2 arrows, got"
+            f" {len(sources)} bodies, a resolution of {resolution} and {arrows} arrows"
+        )
     u, v, _ = PLANES[plane]
     low, high = box_of(sources)
     middle = 0.5 * (low + high) if centre is None else np.asarray(centre, float)

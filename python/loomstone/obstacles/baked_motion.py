@@ -43,7 +43,7 @@ def baked(
     start : time of the first sample [s]
     name : name in reports and files; default: that of the file
     friction : friction coefficient [1]
-    thickness : contact distance [m], 0: that of the cloth
+    thickness : contact distance [m]; 0: the largest of the cloths, or 1 mm without cloth
     look : Look, the colour and texture of the obstacle in pictures
 
     Each sample takes 24 bytes per vertex in memory. Vertices that coincide in all samples are

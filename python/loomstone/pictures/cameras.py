@@ -1,4 +1,4 @@
-"""Cameras that are fitted to the frames of a run, turn about its scene, or follow key frames."""
+"""Cameras that are fitted to the frames of a run, turn about its scene, or follow keyframes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def fitted_camera(
 
     frames : indices of the chosen frames; None: all frames
 
-    Raises InvalidInput for a camera with key frames or an index out of range, and CacheError if the
+    Raises InvalidInput for a camera with keyframes or an index out of range, and CacheError if the
     run has no frames.
     """
     check_frames(run, frames)

@@ -157,7 +157,7 @@ def _finish_upper_row(used: Any, times: Any, faster: Any) -> None:
     if any((line.get_ydata() > 0).any() for line in times.lines):
         times.set_yscale("log")
     faster.set_title("speed-up of collision handling", fontsize="medium")
-    faster.set_ylabel("time on one rank over time [1]")
+    faster.set_ylabel("time on one rank / time [1]")
     if not faster.lines:
         faster.text(
             0.5,
@@ -205,7 +205,7 @@ def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
     ]
     axes.bar(places - 0.18, [100 * g.mean("waiting") for g in groups], 0.36, label="whole steps")
     axes.bar(places + 0.18, 100 * np.array(collision), 0.36, label="collision handling")
-    axes.set_title("communication, with waiting for other ranks", fontsize="medium")
+    axes.set_title("communication and waiting for other ranks", fontsize="medium")
     axes.set_xticks(places, [f"{g.ranks}\n{g.decomposition}" for g in groups], fontsize="small")
     axes.set_xlabel("ranks")
     axes.set_ylabel("share of the wall time [%]")
@@ -234,7 +234,7 @@ def _draw_scaling(
                 continue
             axes.plot(replayed.ranks, replayed.acceleration, f"{color}o--", mfc="w", label=label)
             most, label = max(most, *replayed.ranks), None
-    axes.set_title("speed-up, searches only where replayed", fontsize="medium")
+    axes.set_title("speed-up of collision handling (replayed: of searches)", fontsize="medium")
     if axes.lines:
         axes.plot([1, most], [1, most], "0.6", linewidth=0.8, label="ideal")
         axes.set_xscale("log", base=2)
@@ -245,5 +245,5 @@ def _draw_scaling(
     else:
         _leave_empty(axes, "needs runs on one and on several ranks,\nor `loomstone replay`")
     axes.set_xlabel("ranks")
-    axes.set_ylabel("time on one rank over time [1]")
+    axes.set_ylabel("time on one rank / time [1]")
     axes.grid(alpha=0.3)

@@ -190,7 +190,7 @@ def _strain(axes: Any, steps: Steps) -> None:
                 steps[f"limits.{name}_excess"],
                 color,
                 linestyle=":",
-                label=f"excess over the limit of {name}",
+                label=f"{name}, excess over the limit",
             )
     axes.set_ylabel("largest strain [1]")
     if steps["limits.sweeps"].any():

@@ -115,8 +115,8 @@ def of_contacts(scene: Scene, simulation: Any) -> list[str]:
         with_what = "itself" if one == other else f'"{names[other]}"'
         found.append(
             f'"{names[one]}" starts {gap:.3g} mm from {with_what}, but the contact distance is'
-            f" {wanted:.3g} mm ({chosen.sum()} such pairs of vertices, edges and triangles), so"
-            " contacts throw it off; move it away, or give a smaller thickness"
+            f" {wanted:.3g} mm ({chosen.sum()} such pairs of vertex and triangle or of two"
+            " edges), so contacts push it away suddenly; move it, or give a smaller thickness"
         )
     return found
 

@@ -41,7 +41,7 @@ def _frames(name: str, given: list[float]) -> str:
     if not _whole(times) or times.max(initial=0.0) < (FRAMES if len(times) > 2 else FRAMES_OF_TWO):
         return ""
     return (
-        f"its {name} are whole numbers up to {times.max():g} s; if they are numbers of frames,"
+        f"its {name} are whole numbers up to {times.max():g} s; if they are frame numbers,"
         f" divide them by the frame rate: np.array({name}) / 25"
     )
 

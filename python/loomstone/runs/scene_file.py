@@ -309,6 +309,6 @@ def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions
     except (KeyError, TypeError) as error:
         made = kept.get("loomstone", "an unknown version")
         raise CacheError(
-            f"{run.directory}: options of the run cannot be read ({error}); it was made by"
+            f"{run.directory}: options of the run cannot be read ({error}); it was written by"
             f" loomstone {made}"
         ) from error

@@ -167,7 +167,7 @@ def read_steps(directory: str | os.PathLike[str]) -> Columns:
     if not path.exists():
         refuse_sweep(directory)
         raise CacheError(
-            f"{path}: no table of steps; give the directory of a run made by `loomstone run`"
+            f"{path}: no table of steps; give the directory of a run of `loomstone run`"
         )
     header, rows = read_table(path, "step")
     if not rows:

@@ -65,7 +65,7 @@ def stored_program(run: Stored) -> Program:
     stored = run.metadata.get("scene_file")
     if not stored:
         raise CacheError(
-            f"{run.directory}: was not made by `loomstone run`, so its scene is not known;"
+            f"{run.directory}: was not written by `loomstone run`, so its scene is not known;"
             " resume it in Python"
         )
     if isinstance(stored, dict):

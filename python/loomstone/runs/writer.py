@@ -244,7 +244,8 @@ def check_room(directory: Path, overwrite: bool) -> None:
     there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
     if not os.access(there, os.W_OK):
         raise CacheError(
-            f"{directory} must be a directory that can be written, but {there} cannot; give another"
+            f"{directory} must be a directory that can be written, but {there} is write-protected;"
+            " give another"
         )
     if overwrite:
         return

@@ -74,7 +74,7 @@ def check_figures(names: Sequence[str]) -> None:
         if name not in known:
             close = difflib.get_close_matches(name, known, 1)
             hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
-            raise InvalidInput(f"--plot must be a figure of the reports, got {name!r}; {hint}")
+            raise InvalidInput(f"--plot must name a value in the reports, got {name!r}; {hint}")
 
 
 def plot_figures(

@@ -25,7 +25,7 @@ class Page:
 
     title : label of the control panel
     topology : topology of the frames
-    first : first frame; a camera with fit=True and no key frames shows all of it except floors
+    first : first frame; a camera with fit=True and no keyframes shows all of it except floors
     camera : camera at the start; the user turns it with the mouse
     host, port : address at which the server listens. If the port is taken, the next free one is
         used.

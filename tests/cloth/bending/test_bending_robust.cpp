@@ -269,5 +269,5 @@ TEST_CASE(
           "rigidity[3] must be positive semi-definite");
   refused([](BendingSetup& s) { s.damping[1] = -1.0; }, "damping[1] must be >= 0 [s], got -1");
   refused([](BendingSetup& s) { s.corners[5].row(2) = s.corners[5].row(1); },
-          "corners[5] must be three that span a rest area");
+          "corners[5] must be three points with a rest area");
 }

@@ -117,17 +117,18 @@ GRID = ls.grid(cells=(2, 2))
         ),
         (
             lambda: ls.Cloth(mesh="a.obj"),
-            r"Cloth.mesh must be a TriangleMesh, got the str 'a.obj'; read a file by"
+            r"Cloth.mesh must be a TriangleMesh, got the str 'a.obj'; read the file with"
             r" loomstone.meshes.read\(path\)$",
         ),
         (
             lambda: ls.Obstacle(mesh=Path("a.obj")),
-            r"Obstacle.mesh must be a TriangleMesh, got the PosixPath .*; read a file by",
+            r"Obstacle.mesh must be a TriangleMesh, got the PosixPath .*; read the file with",
         ),
         (
             lambda: ls.RigidBody(mesh=[[0, 0, 0]]),
-            r"RigidBody.mesh must be a TriangleMesh, got the list .*; make one by TriangleMesh\("
-            r"vertices, triangles\), or read a file by loomstone.meshes.read\(path\)",
+            r"RigidBody.mesh must be a TriangleMesh, got the list .*; create one with"
+            r" TriangleMesh\(vertices, triangles\), or read a file with"
+            r" loomstone.meshes.read\(path\)",
         ),
         (lambda: ls.Scene(air=3), "Scene.air must be an Air, got the int 3"),
         (

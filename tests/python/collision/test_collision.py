@@ -141,7 +141,7 @@ def test_a_detector_finds_exactly_the_colliding_pairs_whatever_its_tree_and_thre
 def test_a_detector_names_bad_input():
     triangles, x0, x1 = crumpled(np.random.default_rng(7))
     detector = collision.Detector(triangles)
-    with pytest.raises(ls.InvalidInput, match="triangles must hold vertices 0 to 99"):
+    with pytest.raises(ls.InvalidInput, match=r"triangles must hold vertex indices in \[0, 100\)"):
         detector.collisions(x0[:100], x1[:100])
     with pytest.raises(ls.InvalidInput, match="x1 must have as many rows"):
         detector.candidates(x0, x1[:-1])

@@ -88,7 +88,7 @@ def test_descriptions_with_sources_are_compared_pickled_and_replaced():
 
 def test_results_of_induction_are_not_pickled():
     body = M.induce(sources()["soft_sphere"], field=(0, 0, 1)).bodies[0]
-    with pytest.raises(ls.Unsupported, match="pickle the body that magnetises"):
+    with pytest.raises(ls.Unsupported, match="pickle its SoftBody and induce"):
         pickle.dumps(body)
 
 

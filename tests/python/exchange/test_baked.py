@@ -336,7 +336,7 @@ def more_points(stage, _):
 @pytest.mark.parametrize(
     "change, settings, said",
     [
-        (unbound, {}, "/root/Tube is bound to /root/none, which is no skeleton"),
+        (unbound, {}, "/root/Tube is bound to /root/none, which is not a skeleton"),
         (no_bone, {}, "/root/Tube uses joint 5, but its skeleton has 2 joints"),
         (no_poses, {}, "its skeleton must have 2 poses, one per joint, got 1"),
         (many_codes, {}, "must have at most 100000 samples, but 5e.08 s at 2 per second have more"),

@@ -138,7 +138,7 @@ BAD = [
     ),
     (
         {"warp": (STRAIN, 0.1 * GOOD)},
-        r"warp: the curve never reaches the load of 147.1 \[N/m\], its largest is 31.68",
+        r"warp: the curve never reaches the load of 147.1 \[N/m\], but only 31.68",
     ),
     (
         {"weft": ([0.0, 0.1, 0.2], [0.0, 100.0, 200.0])},

@@ -187,8 +187,8 @@ def test_a_hole_that_crosses_the_last_of_many_chords_is_refused():
             "hole 'a' runs counter-clockwise",
         ),
         ([[g.polyline("a", [(0.1, 0.1), (0.2, 0.1), (0.1, 0.1)])]], "edge 'a' crosses itself"),
-        ([[]], "edges must be made by"),
-        ([[g.circle("a", (0.1, 0.1), 0.02), 3]], "edges must be made by"),
+        ([[]], "edges must be created with"),
+        ([[g.circle("a", (0.1, 0.1), 0.02), 3]], "edges must be created with"),
     ],
 )
 def test_holes_that_cannot_be_cut_are_refused(holes, message):

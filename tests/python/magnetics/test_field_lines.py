@@ -121,6 +121,7 @@ def test_bad_requests_are_refused():
         ({"lines": 0}, "lines must be at least 1"),
         ({"tolerance": 1.0}, "tolerance of field lines"),
         ({"extent": -1.0}, "extent"),
+        ({"length": np.inf}, "length .* must be finite .* got 0 and inf"),
         ({"seeds": [[np.nan, 0, 0]]}, "seeds"),
     ):
         with pytest.raises(ls.InvalidInput, match=message):
@@ -128,7 +129,7 @@ def test_bad_requests_are_refused():
     point = m.dipoles([[0, 0, 0]], [[0, 0, 1.0]])
     with pytest.raises(ls.InvalidInput, match="to begin at"):
         m.field_lines(point)
-    with pytest.raises(ls.InvalidInput, match="extent .* must be given"):
+    with pytest.raises(ls.InvalidInput, match="extent .* must be > 0"):
         m.field_lines(point, seeds=[[0.01, 0, 0]])
     with pytest.raises(ls.InvalidInput, match="plane must be"):
         m.plot_slice(SPHERE, "never.png", plane="zz")

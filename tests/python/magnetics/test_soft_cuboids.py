@@ -123,7 +123,7 @@ def test_the_estimated_error_of_soft_spheres_is_of_the_size_of_the_true_one():
 
 
 def test_more_than_24000_panels_are_refused():
-    with pytest.raises(ls.InvalidInput, match="panels must be at most 24000, got .* take fewer"):
+    with pytest.raises(ls.InvalidInput, match="must have at most 24000 panels, got .* take fewer"):
         M.soft_cuboid(size=(0.03, 0.02, 0.004), susceptibility=1.0, cells=48)
 
 

@@ -136,9 +136,9 @@ def test_a_scene_pulls_an_iron_rod_as_the_functions_do():
 def test_what_is_no_cylinder_is_refused():
     good = {"radius": 0.01, "height": 0.01, "susceptibility": 100.0}
     for change, message in (
-        ({"cells": 10}, "cells must be a multiple of 4 from 8 to 24 of a cylinder, got 10"),
-        ({"cells": 28}, "cells must be a multiple of 4 from 8 to 24 of a cylinder, got 28"),
-        ({"cells": 24, "height": 1.0}, "panels must be at most 8000.*take fewer"),
+        ({"cells": 10}, "cells of a cylinder must be a multiple of 4 from 8 to 24, got 10"),
+        ({"cells": 28}, "cells of a cylinder must be a multiple of 4 from 8 to 24, got 28"),
+        ({"cells": 24, "height": 1.0}, "must have at most 8000 panels.*take fewer"),
         ({"radius": 0.0}, "radius"),
         ({"inner_radius": 0.02}, "inner_radius"),
         ({"susceptibility": -2.0}, "susceptibility must be >= -1"),

@@ -337,12 +337,12 @@ BAD = {
     "radius must be > 0": lambda: M.soft_sphere(radius=np.nan, susceptibility=1),
     "size must be three lengths > 0": lambda: M.soft_cuboid(size=(1, 0, 1), susceptibility=1),
     "focus must be >= 0": lambda: M.soft_cuboid(size=(1, 1, 1), susceptibility=1, focus=-1.0),
-    "cells must be a multiple of 4": lambda: M.soft_cuboid(
+    "cells of a cuboid must be a multiple of 4": lambda: M.soft_cuboid(
         size=(1, 1, 1), susceptibility=1, cells=10
     ),
     "degree must be between 0": lambda: M.soft_sphere(**ball, degree=401),
     "mesh must be closed": lambda: M.soft_mesh(open_box(), susceptibility=1),
-    "panels must be at most 8000": lambda: M.soft_mesh(
+    r"panels must be in \[0, 8000\], got 9000": lambda: M.soft_mesh(
         ls.meshes.box(size=(1, 1, 1)), susceptibility=1, panels=9000
     ),
     "saturation must be >= 0": lambda: M.soft_sphere(**ball, saturation=-1.0),

@@ -71,7 +71,7 @@ def test_a_fitted_camera_keeps_its_direction_and_depends_on_the_frames(run):
     camera = fitted_camera(run, options)
     assert not camera.fit and np.allclose(np.subtract(camera.target, camera.eye)[[0, 2]], 0)
     assert fitted_camera(run, options, frames=[0]) != camera
-    with pytest.raises(ls.InvalidInput, match="key frames cannot be fitted"):
+    with pytest.raises(ls.InvalidInput, match="keyframes cannot be fitted"):
         keys = ls.Camera(times=[0.0], eyes=[(0, -1, 0)])
         fitted_camera(run, options.replace(camera=keys))
     with pytest.raises(ls.InvalidInput, match="the run has 5 frames"):

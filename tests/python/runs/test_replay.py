@@ -132,7 +132,7 @@ def test_inconsistent_motions_are_refused():
         return ls._core.CollisionRecord(**values | changed)
 
     CollisionReplay(record())
-    with pytest.raises(ls.InvalidInput, match="surface 0 must have"):
+    with pytest.raises(ls.InvalidInput, match="surface 0 must lie within"):
         CollisionReplay(record(surfaces=[[0, 0, 4, 0, 1, 1]]))
     with pytest.raises(ls.InvalidInput, match="kind of a surface"):
         record(surfaces=[[3, 0, 3, 0, 1, 1]])

@@ -110,7 +110,9 @@ def test_a_checkpoint_contains_the_forces():
 
 def test_wrong_forces_are_refused():
     sim = ls.Simulation(SCENES["alone"][0], threads=1)
-    with pytest.raises(ls.InvalidInput, match="external_body_forces must be finite, row 0 is not"):
+    with pytest.raises(
+        ls.InvalidInput, match="external_body_forces must be finite, but row 0 is not"
+    ):
         sim.external_body_forces = [(np.nan, 0, 0)]
     with pytest.raises(ls.InvalidInput, match=r"external_body_torques must have shape \(1, 3\)"):
         sim.external_body_torques = [(0, 0, 0), (0, 0, 0)]

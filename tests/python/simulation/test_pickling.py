@@ -66,7 +66,7 @@ def test_inputs_can_be_changed_afterwards():
 def test_bodies_not_made_by_a_function_refuse_pickling_with_the_reason():
     magnet = M.sphere(radius=0.005, polarization=(0, 0, 1)).moved((0, 0, 0.03))
     (induced,) = M.induce(SOFT["sphere"](), by=magnet).bodies
-    with pytest.raises(ls.Unsupported, match="pickle the body that magnetises"):
+    with pytest.raises(ls.Unsupported, match="pickle its SoftBody and induce"):
         pickle.dumps(induced)
 
 

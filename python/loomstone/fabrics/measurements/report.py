@@ -82,7 +82,7 @@ class FabricReport:
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
-                f"{moving} of {len(self.drapes)} specimens not at rest within the time allowed"
+                f"{moving} of {len(self.drapes)} specimens did not come to rest in the time allowed"
             )
         if pairs := sum(drape.intersections for drape in self.drapes):
             said.append(f"{pairs} pairs of triangles intersect")
@@ -185,7 +185,7 @@ def report_fabrics(
 
 
 HEADER = (
-    f"{'fabric':14s} {'drape %':>11s} {'band':>6s} folds   overhang [cm] and off the elastica\n"
+    f"{'fabric':14s} {'drape %':>11s} {'band':>6s} folds   overhang [cm], deviation from elastica\n"
     f"{'':39s}   {'weft':>13s}  {'bias':>13s}  {'warp':>13s}"
 )
 
