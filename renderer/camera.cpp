@@ -71,7 +71,7 @@ void widen(Framing& framing) {
 
 // Eye and target of the camera at one time. If the eye or the target has keyframes, it moves along
 // a cubic spline through them (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
-// If the camera has no key frames, the eye only gives the viewing direction: it is 1 m from the
+// If the camera has no keyframes, the eye only gives the viewing direction: it is 1 m from the
 // target.
 struct Sight {
   Vec3 eye, target;

@@ -24,8 +24,8 @@ struct Oscillators {
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Returns the largest of the bounds on the angular frequencies of the bodies [rad/s]. Bodies in
-  // contact count with a quarter of their bound.
+  // Returns the largest of the bounds on the angular frequencies of the bodies [rad/s]. For
+  // bodies in contact, it uses a quarter of the bound.
   double at(const Team& team, const Oscillators& now) const;
 
  private:

@@ -291,7 +291,7 @@ class NewtonIntegrator final : public Integrator {
     it.potential = NAN;
   }
 
-  // Sets the residual without terms in owned rows of cloth, and zeros in all other rows.
+  // Sets the residual without the extra terms in the owned rows of cloth, and to 0 in other rows.
   void evaluate_cloth(const Step& step, const Points& moved, Iterate& it) {
     const Index n = step.n, begin = step.begin(), end = step.end();
     x_ = start_x_ + moved.topRows(n);

@@ -1,5 +1,5 @@
-// Short messages between ranks, sent without a matching call of the receiver. The receiver polls
-// for them. Messages between two ranks may arrive in any order.
+// Short messages between ranks. The sender does not wait for the receiver, which polls for
+// messages. Messages between two ranks may arrive in any order.
 #pragma once
 
 #include <cstddef>

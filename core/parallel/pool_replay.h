@@ -50,7 +50,7 @@ struct ReplayReport {
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]
-  SectionStarts first;           // start of each section, and the number of pieces
+  SectionStarts first;           // (sections + 1) first piece of each, then their number
   double divisible = 0.0;        // cost of further work, divided evenly among ranks [s]
   std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
 

@@ -123,8 +123,9 @@ class Simulation {
   // room. Every step updates the list until the cloth is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Returns the triangles (user numbering, all cloths concatenated) and modes whose strain exceeds
-  // its limit by more than limit_margin() after the last step, in descending order of excess.
+  // Returns each triangle (user numbering, all cloths concatenated) and mode (0: weft, 1: warp, 2:
+  // shear) in which the strain exceeds its limit by more than limit_margin() after the last step,
+  // in descending order of excess.
   std::vector<BrokenLimit> broken_limits() const;
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect in

@@ -21,7 +21,7 @@ using namespace loomstone::testing;
 namespace {
 
 // Runs `work` in a child process and kills it (SIGKILL) after the given number of microseconds; 0
-// means never. Returns whether the child was killed, and otherwise checks that it succeeded.
+// means never. Returns whether the child was killed. If it was not, checks that it succeeded.
 template <class Work>
 bool kill_after(unsigned microseconds, const Work& work) {
   const pid_t child = fork();

@@ -12,7 +12,8 @@ namespace {
 // S = n t^T + t n^T, the second derivatives of phi with respect to a and the edge vector e are
 //   phi_aa = -S / eta^2,   phi_ae = alpha / (L eta^2) S - b n^T / (L eta),
 //   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n b^T + b n^T).
-// The asymmetric part of phi_ee is the same for both triangles and cancels in their difference.
+// The antisymmetric part of phi_ee is left out, because it is the same for both triangles and
+// cancels in their difference.
 struct Direction {
   Mat3 aa, ae, ee;
 };

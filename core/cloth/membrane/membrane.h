@@ -175,8 +175,10 @@ class Membrane {
 
   // Element blocks that contribute to rows [located_begin_, located_end_). locate_rows() determines
   // them again if the matrix pattern or the range of rows has changed.
-  std::vector<Index> chunk_start_, chunk_batches_;  // places of batches that touch each chunk
-  std::vector<Index> row_start_, diagonal_;         // block indices, counted within the range
+  // The batches of chunk c are the entries chunk_start_[c] to chunk_start_[c + 1] - 1 of
+  // chunk_batches_, which are indices into stored_.
+  std::vector<Index> chunk_start_, chunk_batches_;
+  std::vector<Index> row_start_, diagonal_;  // block indices, counted within the range
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;

@@ -429,7 +429,8 @@ def test_wires_that_meet_are_refused_because_their_force_is_infinite():
             M.force(on=other, by=loop)
     with pytest.raises(ls.InvalidInput, match=r"bodies\[0\] meets bodies\[2\]"):
         M.forces([loop, loop.moved((0, 0, 0.01)), square])
-    # At a small gap, two loops attract like long wires, by mu0 I^2 / (2 pi gap) per length.
+    # At a small gap, two loops attract each other like long parallel wires, with the force
+    # mu0 I^2 / (2 pi gap) per unit length.
     gap = 1e-5
     pull = M.force(on=loop.moved((0, 0, gap)), by=loop).force[2]
     assert pull == pytest.approx(-M.MU0 * 0.02 / gap, rel=1e-4)

@@ -1,5 +1,5 @@
-"""loomstone sweep runs all combinations of parameters, can be interrupted at any moment, and
-collects the reports of the runs in a table and plots.
+"""`loomstone sweep` runs all combinations of parameters, can be interrupted at any moment, and
+writes a table and plots of the results of the runs.
 """
 
 import csv

@@ -163,7 +163,8 @@ TEST_CASE("a magnet on which no force acts does not change the path of its body"
         std::max(difference, (with.state().rigid.positions.row(0).transpose() - place).norm());
   }
   CAPTURE(moved, difference);
-  // In sub-steps, another scheme of second order rotates the box, so the motions differ slightly.
+  // The box with the magnet moves in sub-steps, in which a different scheme of second order rotates
+  // it, so the motions differ slightly.
   CHECK(moved > 0.05);
   CHECK(difference < 0.002 * moved);
 }
