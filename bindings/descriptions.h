@@ -1,6 +1,6 @@
-// Binds a description, a struct that lists its members in fields(). The Python class has a
-// constructor that takes the fields by keyword, and in some classes the first fields by position,
-// with the C++ defaults. It also has read-only properties with the C++ help texts, equality by
+// Binds a description, a struct that lists its members in fields(). The constructor of the Python
+// class takes the fields by keyword and, in some classes, the first fields by position. It has the
+// defaults of C++. The class also has read-only properties with the help texts of C++, equality by
 // value, repr, to_dict() and replace().
 #pragma once
 
@@ -159,7 +159,7 @@ py::object plain(const D& value) {
   return dict;
 }
 
-// --- repr, which lists required fields and those that differ from their defaults ---
+// --- repr, which lists required fields, and other fields that differ from their defaults ---
 template <class T>
 std::string repr_of(const T& value) {
   if constexpr (EigenArray<T>) {

@@ -15,8 +15,9 @@ namespace {
 
 constexpr int floats_per_vertex = 10;  // position 3, normal 3, uv 2, values 2
 
-// Returns the rows of the triangles, ordered by part. `first_of_part` receives the place in this
-// list where each part starts, and the length of the list. Parts that `keep` rejects have no rows.
+// Returns the rows of the triangles, ordered by part. `first_of_part` receives n_parts + 1 values:
+// the place in this list where each part starts, then the length of the list. Parts that `keep`
+// rejects have no rows.
 template <class Keep>
 std::vector<Index> rows_by_part(const std::vector<Index>& part_of_triangle, Index n_parts,
                                 Keep keep, std::vector<Index>& first_of_part) {

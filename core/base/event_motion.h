@@ -56,8 +56,8 @@ struct EventBody {
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
-  // (n x 3) Changes of velocity that loads, internal forces and, in a queue of events, limit
-  // impulses cause at the present events [m/s]. Rows of vertices without a present event are 0 or
+  // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by loads,
+  // internal forces and, in a queue of events, limit impulses. The rows of other vertices are 0 or
   // not used. At the start of an interval of nested steps, only half a kick acts, but the rows
   // contain whole kicks.
   const Points& kicks;

@@ -182,7 +182,7 @@ struct FrameWriter::Data {
 
   // Renames the bodies file first. If the process is killed before it renames the run file, the
   // directory does not contain files of different runs: the old run file has already been removed
-  // or, if its run is continued, begins with the frames of the new bodies file.
+  // or, if its run is continued, begins with the same frames as the new bodies file.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;

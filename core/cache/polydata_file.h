@@ -60,7 +60,7 @@ class PolyDataWriter {
  private:
   struct Table {  // one row per frame
     Hdf5Rows rows;
-    std::int64_t stride;  // row k contains k * stride in every column (NumberOfParts: 1)
+    std::int64_t stride;  // every column of row k contains k * stride, or 1 in NumberOfParts
     int columns;
   };
   struct Values {

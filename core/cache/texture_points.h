@@ -1,5 +1,5 @@
-// Points of a mesh with texture coordinates (uv), for viewers. A vertex on a seam of the texture
-// has several pairs of uv, and viewers need one point for each pair.
+// Points of a mesh with texture coordinates (u, v), for viewers. A vertex on a seam of the texture
+// has several pairs (u, v), and viewers need one point for each pair.
 #pragma once
 
 #include <vector>
@@ -15,9 +15,9 @@ struct TexturePoints {
   Points2 uv;                   // (points x 2) texture coordinates [m]
 };
 
-// Makes a point for each vertex, followed by a point for each further pair of uv of a vertex. The
+// Makes a point for each vertex, followed by a point for each further pair (u, v) of a vertex. The
 // result is not textured if there would be more than two points per vertex on average, because the
-// uv are then discontinuous at many edges.
+// texture coordinates are then discontinuous at many edges.
 TexturePoints texture_points(Index n_vertices, const Triangles& triangles,
                              const Points2& corner_uv);
 

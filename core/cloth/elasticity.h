@@ -78,7 +78,7 @@ class Elasticity {
     Membrane* membrane_ = nullptr;
   };
   // Determines the phase of each triangle that touches rows [begin, end) from its strain at x; see
-  // LimitPhase::enter(). Returns a guard for these phases. Without strain limits, it changes
+  // LimitPhase::enter(). Returns a guard for these phases. Without strain limits, the guard changes
   // nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr, double recovery = 1.0);
@@ -145,7 +145,7 @@ class Elasticity {
   void add_known(const Team& team, const Points& x, Range rows, KnownForce& known, Add&& add,
                  RowsOut force);
   // If known_ belongs to other rows or positions, discards its forces and sets its rows and
-  // positions to these.
+  // positions to `rows` and x.
   void know_forces_at(const Points& x, Range rows);
   // If energies_ belongs to other positions, discards its energies and sets its positions to x.
   void know_energies_at(const Points& x);

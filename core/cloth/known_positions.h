@@ -20,7 +20,7 @@ class KnownPositions {
       : rows_(rows), others_(std::move(others)) {}
 
   // Returns whether the rows that the elements read have the same bits in x as in the last call of
-  // set(). Returns false if set() was not called, or not since forget().
+  // set(). Returns false if set() has not been called, or not since the last forget().
   bool at(const Points& x) const {
     if (!known_) return false;
     const Index n = rows_.end - rows_.begin;

@@ -73,7 +73,7 @@ Vector movable(const CollisionModel& model) {
 // the motion needs.
 constexpr int steps_before = 3;
 
-// About the average number of steps from the measurement of costs to a dynamic search that uses
+// Approximate mean number of steps between the measurement of costs and a dynamic search that uses
 // them.
 constexpr int steps_before_deal = 4;
 
@@ -101,8 +101,8 @@ struct ListsOfStep {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
   }
 
-  // Calls add(i, list) for each list. `i` is the index of the list's first cluster among the first
-  // clusters of all surface pairs; see ClusterOwners.
+  // Calls add(i, list) for each list, which pairs a first with a second cluster. `i` is the index
+  // of this first cluster among the first clusters of all surface pairs; see ClusterOwners.
   template <class Add>
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);

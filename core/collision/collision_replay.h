@@ -35,9 +35,9 @@ class CollisionReplay {
 
   // Measures the tests of a search that is divided among `n_ranks` ranks. Each cost is the
   // smallest of `repetitions` measurements. In dynamic division, the tests with which the ranks
-  // start are distributed so that their costs in an earlier step, whose positions are extrapolated
-  // backwards, have about the same sum on each rank. In static division, the top-level tests are
-  // dealt to the ranks in turn.
+  // start are distributed so that the sum of their costs is about the same on each rank. These
+  // costs are measured in an earlier step, whose positions are extrapolated backwards. In static
+  // division, the top-level tests are dealt to the ranks in turn.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 

@@ -42,7 +42,7 @@ struct CollisionStage::Data {
                   : known_update == lists.n_updates() && lists.updated_at(x);
   }
 
-  // Calls use(strengths) with the strengths of `contacts`.
+  // Calls use(strengths) with the ContactStrengths of `contacts`.
   template <class Use>
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {
@@ -103,7 +103,7 @@ struct CollisionStage::Data {
   bool keeps_motion = false;
   CollisionRecord motion;
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
-  // Contacts at the positions x0 of the last call of proximity(), including those that it omits
+  // Contacts at the positions x0 of the last call of proximity(), including contacts that it omits
   // because of a tangle. A part of a step begins where the preceding one ended, so contacts found
   // at the end of a part are used again in the next part. `known` is the same on all ranks if each
   // rank keeps all contacts.
@@ -113,7 +113,7 @@ struct CollisionStage::Data {
   std::int64_t known_update = -1;  // -1: no contacts are known
   Points known_x;
   KnownStrengths strengths;                   // strengths of the contacts in `known`
-  ContactSet returned;                        // last result that is not `known` itself
+  ContactSet returned;                        // last returned contacts that are not `known` itself
   const ContactTotals* totals = nullptr;      // totals of the contacts returned last
   std::optional<ContactSelection> selection;  // contacts that this rank keeps; nullopt: all
   mutable GatherRoom anchor_room;

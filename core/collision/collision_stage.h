@@ -54,15 +54,16 @@ class CollisionStage {
   // proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
   // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
-  // if contacts are divided, or if there are several ranks and x0 is not that of the last call of
-  // proximity().
+  // if contacts are divided, or if there are several ranks and x0 differs from that of the last
+  // call of proximity().
   const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
                                               const Tangle& tangle);
-  // Collective. Returns the contacts of all ranks. Fast if x0 is that of the last call of
-  // proximity(); otherwise like proximity_alone().
+  // Collective. Returns the contacts of all ranks. Fast if x0 is the same as in the last call of
+  // proximity(). Otherwise works like proximity_alone().
   const std::vector<Contact>& all_contacts(const Team& team, const Points& x0,
                                            const Tangle& tangle);
-  // Totals of the contacts that the last call of one of these three functions found on all ranks.
+  // Totals, over all ranks, of the contacts found by the last call of proximity(),
+  // proximity_alone() or all_contacts().
   const ContactTotals& totals() const;
 
   // Collective. Returns the pairs that may come closer than their thickness in the step of

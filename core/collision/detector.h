@@ -22,7 +22,7 @@ struct Collisions {
   // Lower bounds on the contact times, as fractions of the motion [1].
   std::vector<double> vertex_face_time, edge_edge_time;
 
-  // Returns the smallest of these bounds [1], or infinity if there is no collision.
+  // Returns the smallest lower bound on a contact time [1], or infinity if there is no collision.
   double time() const;
 };
 
@@ -49,7 +49,7 @@ class Detector {
   // candidates().
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  // The next query rebuilds the tree. This can change only the order of unsorted candidates.
+  // Makes the next query rebuild the tree. This can change only the order of unsorted candidates.
   void forget_trees();
   std::size_t tree_bytes() const;
 

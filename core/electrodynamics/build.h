@@ -1,5 +1,5 @@
-// Parts of build_magnetic_model() and check_magnetic_start(), in the order of their calls, and
-// find_stand(), which add_magnets() and add_coils() share.
+// Functions that build_magnetic_model() and check_magnetic_start() call, in the order of the calls.
+// add_magnets() and add_coils() call find_stand().
 #pragma once
 
 #include "core/electrodynamics/magnetic_model.h"

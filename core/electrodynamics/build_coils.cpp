@@ -77,7 +77,7 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
 }
 
 // Throws InvalidInput for inductances (circuits x circuits) that are not positive definite. The
-// message states those of the two most strongly coupled circuits.
+// message states the inductances of the two most strongly coupled circuits.
 [[noreturn]] void refuse_inductances(const MagneticModel& model,
                                      const Eigen::MatrixXd& inductances) {
   Eigen::Index one = 0, other = 1;

@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// The wrench on each carrier about its reference point (CarrierPlaces::centres()) [N, N m], or the
-// same per ampere or per square ampere.
+// The wrench on each carrier about its reference point (CarrierPlaces::centres()) [N, N m], or this
+// wrench per ampere [N/A, N m/A] or per square ampere [N/A^2, N m/A^2].
 using CarrierWrenches = std::vector<Wrench>;
 
 // Adds `factor` times each wrench of `what` to the wrench of the same carrier in `to`.

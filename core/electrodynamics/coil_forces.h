@@ -34,8 +34,8 @@ class PlacedCoils {
   // Returns the wrenches between magnets and coils that carry `currents` (coils) [A].
   CarrierWrenches with_magnets(const std::vector<MagneticBody>& magnets,
                                const Vector& currents) const;
-  // Returns the wrenches among coils that carry `currents` (coils) [A], and those of the uniform
-  // field on the coils.
+  // Returns the wrenches among coils that carry `currents` (coils) [A], plus the wrenches of the
+  // uniform field on the coils.
   CarrierWrenches among_coils(const Vector& currents) const;
   // Returns the forces per ampere, the interactions of circuits and the commutation at `time` [s].
   // `response` is the response of magnetised bodies to the circuits. If it is empty, the circuits

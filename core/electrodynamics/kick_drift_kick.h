@@ -87,7 +87,7 @@ class Substeps {
 
  private:
   double step_, most_, limit_;
-  int parts_ = 1, place_ = 0;  // place_: completed sub-steps, at the present length
+  int parts_ = 1, place_ = 0;  // place_: elapsed time in sub-steps of the present length
 };
 
 }  // namespace loomstone

@@ -50,8 +50,8 @@ class MagneticMotion {
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
   // without gravity and gyroscopic torques. Throws SolverFailure if too many sub-steps are needed,
-  // if the solve for the magnetisation fails, or if a value is not finite. Also throws as
-  // MutualInductances::at() does.
+  // if the solve for the magnetisation fails, or if a value is not finite, and InvalidInput under
+  // the same condition as MutualInductances::at().
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 

@@ -29,8 +29,8 @@ double spread_moment(const SourcePtr& source) {
 }
 
 // Returns the spread_moment() of an induced body with surface charge, and the dipole moment of any
-// other induced magnet [A m^2]. If Source::panel_means() is not null and its spread_moment() is
-// smaller, returns that one.
+// other induced magnet [A m^2]. If Source::panel_means() is not null and has a smaller
+// spread_moment(), returns this smaller moment.
 double induced_moment(const MagneticBody& magnet) {
   const SourcePtr &source = magnet.source, panel_means = source->panel_means();
   const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();

@@ -11,7 +11,7 @@ namespace loomstone {
 
 class ExplicitBending {
  public:
-  // A second-order scheme extrapolates the forces from the starts of the last step and of this one
+  // A second-order scheme extrapolates the forces at the starts of the last step and of this step
   // to SchemeCoefficients::time. Otherwise, it would have order 1 and amplify oscillations more.
   explicit ExplicitBending(bool second_order) : second_order_(second_order) {}
 

@@ -25,7 +25,7 @@
 namespace loomstone {
 
 // Evaluates the terms of a step after the rows have moved by `displacement` (rows x 3) [m, rad] in
-// `time` [s]. On entry, `terms` are those of the start of the step. Sets their gradient and
+// `time` [s]. On entry, `terms` are the terms at the start of the step. Sets their gradient and
 // Hessian in the way that `request` selects, and returns their energy [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;

@@ -30,13 +30,13 @@ void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 void place_fixed(const StepInputs& inputs, Points& x);
 
 // Adds the forces of the terms, -sigma J^T (g + H d), to the owned rows of `rhs`. J, g and H are
-// those of extra_terms.h. d is the relative displacement of a term at the time c.time after the
+// defined in extra_terms.h. d is the relative displacement of a term at the time c.time after the
 // start of the step, for the given displacement of the rows.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs);
 
-// Adds -sigma J^T g to the owned rows of `rhs`. The gradients g (see extra_terms.h) must already be
-// those after the rows have moved.
+// Adds -sigma J^T g to the owned rows of `rhs`. The gradients g (see extra_terms.h) must already
+// include the effect of the motion of the rows.
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
                         Points& rhs);
 

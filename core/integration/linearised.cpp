@@ -62,7 +62,7 @@ class LinearisedIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    // Length of this step divided by that of the last one, or 1 if the latter is unknown. BDF-2
+    // Length of this step divided by the length of the last step, or 1 if that is unknown. BDF-2
     // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large or there is no
     // history, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
@@ -96,7 +96,7 @@ class LinearisedIntegrator final : public Integrator {
     Scheme scheme;
     SchemeCoefficients c;
     Index n;                  // number of cloth vertices
-    Points& change;           // (rows x 3) dv [m/s], at first that of the last step
+    Points& change;           // (rows x 3) dv [m/s]; at first, dv of the last step
     bool has_change = false;  // true: on entry, `change` contains dv of the last step
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
@@ -207,8 +207,8 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   // Solves for dv. With contacts, a first solve to a loose tolerance predicts their motion, which
-  // gives the friction of the second solve. If the friction of the first solve was accurate, its
-  // solution is only refined to the full tolerance.
+  // gives the friction of the second solve. If the friction of the first solve was accurate
+  // enough, the first solution is only refined to the full tolerance.
   Solution solve_with_friction(const Step& step) {
     const bool asks = step.asks_friction();
     const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;

@@ -242,7 +242,7 @@ class NewtonIntegrator final : public Integrator {
     return norm(step, trial_.residual - now_.residual, step.layout.n_rows());
   }
 
-  // Norm of r in the metric M^-1 over the first n_rows rows, without those of prescribed motion. It
+  // Norm of r in the metric M^-1 over the first n_rows rows, without rows of prescribed motion. It
   // is bitwise identical on any number of ranks.
   double norm(const Step& step, const Points& r, Index n_rows) {
     const RowLayout& layout = step.layout;
@@ -291,7 +291,8 @@ class NewtonIntegrator final : public Integrator {
     it.potential = NAN;
   }
 
-  // Sets the residual without the extra terms in the owned rows of cloth, and to 0 in other rows.
+  // In the owned rows of cloth, sets the residual without the extra terms. Sets all other rows of
+  // the residual to zero.
   void evaluate_cloth(const Step& step, const Points& moved, Iterate& it) {
     const Index n = step.n, begin = step.begin(), end = step.end();
     x_ = start_x_ + moved.topRows(n);

@@ -18,8 +18,8 @@ struct Aggregates {
   std::size_t bytes() const { return bytes_of(of_row, block_start); }
 };
 
-// Returns the aggregates of all rows. Each rank grows those of the rows that it owns, and receives
-// those of the other ranks. Collective.
+// Returns the aggregates of all rows. Each rank grows the aggregates of its own rows, and receives
+// the aggregates of the other ranks. Collective.
 Aggregates grow_aggregates(const BlockMatrix& matrix, const RowLayout& layout);
 
 }  // namespace loomstone

@@ -50,7 +50,7 @@ class AggregationMultigrid {
   bool usable() const { return usable_; }
 
   // Number of slots. Each aggregate has one slot. Each block of rows has one additional slot, for
-  // those of its rows that no aggregate sums (fixed rows, bodies).
+  // its rows that are summed in no aggregate (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
@@ -77,11 +77,11 @@ class AggregationMultigrid {
   template <class Scalar>
   void take_step(Scalar alpha);
 
-  // Computes the correction for the residual r. Returns the dot product of r and the correction,
-  // computed as r . C r, with the symmetric smoother C of the first level, plus the dot product of
-  // residual and solution on the second level. If there is only one level, returns the dot product
-  // of the residual and the solution on this level. Also replaces `sum` by its total over all
-  // ranks. Collective.
+  // Computes the correction for the residual r. Returns the dot product of r and the correction. It
+  // is computed as r . C r, with the symmetric smoother C of the first level, plus the dot product
+  // of the residual and the solution on the second level. If there is only one level, it is the dot
+  // product of the residual and the solution on this level. Also replaces `sum` by its total over
+  // all ranks. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {
@@ -125,7 +125,7 @@ class AggregationMultigrid {
   // have coupled, in ascending order.
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank
-  std::vector<Index> place_;           // (blocks of plain_) index of each in levels_[0].matrix
+  std::vector<Index> place_;           // (blocks of plain_) index of the block in levels_[0].matrix
   MultigridLevel::Range owned_;        // aggregates and blocks of rows of this rank
   Index first_block_ = 0;              // first block of rows of this rank
   std::vector<MultigridLevel> levels_;

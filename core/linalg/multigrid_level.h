@@ -70,7 +70,7 @@ struct MultigridLevel {
   void restrict_residual(const Team& team, const float* r, float* coarse) const;
   // Adds the solution `coarse` of each owned parent to z at its children.
   void prolong(const Team& team, const float* coarse);
-  // The same as smooth() and prolong(), for a single node.
+  // smooth_node() does smooth() for one node. add_to_node() adds `change` to `solution` at a node.
   void smooth_node(Index node, const float* r);
   void add_to_node(Index node, const float* change);
   // Returns the sum of z . (2 r - t) over the owned nodes, for z = B r and t = A z. This is r . C r

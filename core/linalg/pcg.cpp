@@ -7,9 +7,9 @@
 // The solution is accumulated in double precision. The stopping criterion is the true residual
 // r = b - A x in double precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. If the
 // true residual exceeds the tolerance, the iteration continues from it (residual replacement
-// [VanDerVorst2000]). A tolerance looser than the solver's own, after which another solve may
-// follow, is tested only with the iterated residual, which each step updates by r -= alpha A p.
-// Systems that single precision cannot solve are solved in double precision.
+// [VanDerVorst2000]). If the tolerance is looser than the solver's own, only the iterated residual
+// is tested, which each step updates by r -= alpha A p. Another solve may then follow. Systems that
+// single precision cannot solve are solved in double precision.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -83,8 +83,8 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
 
 // Replaces the terms while the matrix is unchanged. Keeps the preconditioner unless it is
 // Gauss-Seidel, because a new one costs more than the iterations that it may save. With the old
-// one, integration takes 0.84, 0.78 and 0.94 times as long as with a new one in small versions of
-// the scenes stack, fold and twist, with 1.11, 0.94 and 1.00 times as many iterations.
+// preconditioner, integration takes 0.84, 0.78 and 0.94 times as long as with a new one in small
+// versions of the scenes stack, fold and twist, with 1.11, 0.94 and 1.00 times as many iterations.
 void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
   set_terms(solve);
@@ -146,8 +146,8 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x, residual and b_norm. Residuals are reported relative to b_norm. The guess is used if the
-// norm of its residual is smaller than that for x = 0 on all free rows. Returns the norm of the
+// Sets x, residual and b_norm. Residuals are reported relative to b_norm. The guess is used if its
+// residual has a smaller norm than the residual for x = 0 on all free rows. Returns the norm of the
 // residual of the x that is used.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;

@@ -1,14 +1,14 @@
 // Iteration of preconditioned conjugate gradients, in single or double precision. On one rank, a
-// step has three parallel regions, one more with extra terms, one more in every 16th step, and
-// those of the multigrid levels.
+// step has three parallel regions, one more with extra terms, one more in every 16th step, and the
+// regions of the multigrid levels.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"
 
 namespace loomstone {
 
-// Ways to begin a run of iterations. Restart and Conjugate use the residual in PcgMemory::residual:
-// the first direction of Restart is the preconditioned residual, and that of Conjugate is conjugate
+// Ways to begin a run of iterations. Restart and Conjugate use the residual in PcgMemory::residual.
+// With Restart, the first direction is the preconditioned residual. With Conjugate, it is conjugate
 // to the last direction. Resume continues where the last run for the same system ended.
 enum class Start { Restart, Conjugate, Resume };
 

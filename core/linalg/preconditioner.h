@@ -75,7 +75,7 @@ class Preconditioner {
     if (uses_levels_)
       levels_.sum_over_slots(first, last, slots_.data(), q.data(), levels_.vectors<Scalar>().q);
   }
-  // Dot products of a step.
+  // Dot products in a step of conjugate gradients.
   struct StepProducts {
     double curvature;  // p . A p
     double residual;   // r . P^-1 r
@@ -90,7 +90,7 @@ class Preconditioner {
     if (uses_levels_) levels_.take_step(alpha);
   }
 
-  // Products of the residual r. D consists of the diagonal blocks.
+  // Dot products of the residual r. D contains the diagonal blocks.
   struct Products {
     double diagonal, whole;  // r . D^-1 r and r . P^-1 r
   };
@@ -98,7 +98,7 @@ class Preconditioner {
   // the inverse diagonal blocks, and `square` is r . z on the owned rows. Gauss-Seidel replaces z.
   // Multigrid computes the correction from the residual of the coarse levels and does not change z.
   // It computes `whole` during the V-cycle, so that no further sum over all ranks is needed.
-  // complete_product() computes the same product from the correction itself. Collective.
+  // complete_product() then computes r . P^-1 r again, from the correction itself. Collective.
   template <class Scalar>
   Products complete(const RowLoops& loops, BinnedSum square, const std::vector<Scalar>& r,
                     std::vector<Scalar>& z);

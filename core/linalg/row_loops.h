@@ -59,8 +59,8 @@ class RowLoops {
     return layout_.sum(sums_);
   }
 
-  // Returns the sum of body(first, last) over the owned blocks, each given by its range of
-  // `slices`.
+  // Returns the sum of body(first, last) over the owned blocks, where [first, last) are the slices
+  // of a block.
   template <class Body>
   BinnedSum owned_sum_over_slices(const SlicedEllpack& slices, Body&& body) {
     over_blocks([&](Index block, Index begin, Index end) {

@@ -16,7 +16,7 @@ namespace loomstone {
 
 class TermRows {
  public:
-  // Copies the terms (may be null) that act on an owned row. Here and below, J and H are those of
+  // Copies the terms (may be null) that act on owned rows. Here and below, J and H are those of
   // core/linalg/extra_terms.h. `scale` multiplies the matrix H of every term.
   void build(const ExtraTerms* terms, double scale, const RowLayout& layout);
   bool empty() const { return hessians_.empty(); }

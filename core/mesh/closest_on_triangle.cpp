@@ -50,7 +50,7 @@ TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, c
     const double v = vb / sum, w = vc / sum;
     return {a + v * ab + w * ac, Vec3(1.0 - v - w, v, w), TriangleFeature::Face, 0};
   }
-  // For a triangle of zero area, return the closest point on its edges.
+  // If the triangle has zero area, the result is the closest point on its edges.
   TrianglePoint best = closest_on_segment(p, a, b, 0, 1);
   for (const TrianglePoint& other :
        {closest_on_segment(p, b, c, 1, 2), closest_on_segment(p, a, c, 0, 2)}) {

@@ -1,4 +1,4 @@
-// Argument checks and growing mesh arrays for the generators.
+// Argument checks for the generators, and the arrays in which they build a mesh.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ inline void require_between(Index count, Index low, Index high, const char* name
   }
 }
 
-// Growing arrays of a mesh under construction.
+// Arrays of a mesh under construction.
 struct MeshBuilder {
   std::vector<Vec3> vertices;
   std::vector<std::array<Index, 3>> triangles;

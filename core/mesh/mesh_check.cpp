@@ -119,7 +119,8 @@ void check_manifold(const std::vector<Side>& sides) {
   }
 }
 
-// Reports the triangle with the most conflicts: a single inverted triangle conflicts with all its
+// Throws InvalidInput if neighbouring triangles have opposite winding. The message names the
+// triangle with the most conflicts, because a single inverted triangle conflicts with all its
 // neighbours.
 void check_winding(const Triangles& triangles, const std::vector<Side>& sides) {
   std::vector<int> conflicts(static_cast<std::size_t>(triangles.rows()), 0);

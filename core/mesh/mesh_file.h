@@ -14,9 +14,9 @@
 
 namespace loomstone {
 
-// Reads a mesh. From OBJ files it reads the statements v, vt and f (v, v/vt, v//vn, v/vt/vn, also
-// with negative indices) and skips all others. PLY files may be text or binary. They can contain
-// rest coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
+// Reads a mesh. In OBJ files, only the statements v, vt and f are read (f with v, v/vt, v//vn or
+// v/vt/vn, also with negative indices). PLY files may be text or binary. They can contain rest
+// coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
 // texcoord of each face. Polygons are split into triangle fans from their first corner. If with_uv
 // is false, rest coordinates in the file are ignored: obstacles and bodies without a texture need
 // none, and texture coordinates may be folded or degenerate. Throws CacheError if the file cannot
@@ -35,10 +35,11 @@ struct MeshColors {
 
 // Writes a mesh. Reading the file restores positions and uv exactly. PLY is binary (little endian)
 // unless `text` is set; OBJ is always text. The file is written under a temporary name and then
-// renamed, so an incomplete file never has the given name. Unless each vertex has exactly one uv,
-// with the index of the vertex, PLY stores the uv in the face list texcoord, and reading renumbers
-// the uv. Throws InvalidInput for colours that the format cannot contain or that do not match the
-// mesh, Unsupported for other extensions, and CacheError if the file cannot be written.
+// renamed, so an incomplete file never has the given name. PLY stores the uv as vertex properties
+// if each vertex has exactly one uv and the uv are in the order of the vertices. Otherwise, it
+// stores them in the face list texcoord, and reading renumbers them. Throws InvalidInput for
+// colours that the format cannot contain or that do not match the mesh, Unsupported for other
+// extensions, and CacheError if the file cannot be written.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
                 const MeshColors& colors = {});
 

@@ -53,8 +53,8 @@ TriangleMesh icosphere(double radius, int subdivisions) {
 namespace {
 
 // Adds a side of a box, with two triangles per cell and alternating diagonals. corner(i, j) returns
-// the index of the vertex at a lattice point of the side. Seen from outside, the direction of j is
-// 90 degrees counter-clockwise from that of i.
+// the index of the vertex at lattice point (i, j) of the side. Seen from outside, the direction of
+// j is 90 degrees counter-clockwise from that of i.
 template <class Corner>
 void add_side(MeshBuilder& builder, Index n, Corner&& corner) {
   for (Index j = 0; j < n; ++j) {

@@ -49,12 +49,12 @@ class TriangleMesh {
 // repeat vertices along texture seams, because repeated vertices would cut the surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-// Rest coordinates of the corners of the triangles of a mesh. All areas are positive: in a triangle
-// that is mirrored in uv, u first changes sign. With uv and rest_from_uv, these uv are the rest
-// coordinates. With uv but without rest_from_uv, each triangle keeps its shape in space; weft is
-// the direction in which u increases at constant v. Without uv, the mesh must be flat; weft is then
-// the projection of the x axis on its plane or, if this projection nearly vanishes, that of the y
-// axis.
+// Rest coordinates of the corners of the triangles of a mesh. In a triangle that is mirrored in uv,
+// the sign of u is reversed before the uv are used, so all areas are positive. With uv and
+// rest_from_uv, the uv are the rest coordinates. With uv but without rest_from_uv, each triangle
+// keeps its shape in space; weft is the direction in which u increases at constant v. Without uv,
+// the mesh must be flat; weft is then the projection of the x axis on its plane or, if this
+// projection nearly vanishes, that of the y axis.
 class RestCorners {
  public:
   // The mesh must outlive this object. Throws InvalidInput for a curved mesh without uv; `where`
@@ -68,7 +68,7 @@ class RestCorners {
   Vec3 weft_ = Vec3::Zero();  // weft direction; set only for meshes without uv
 };
 
-// Returns the RestCorners of all triangles.
+// Returns the rest coordinates of all triangles, as RestCorners gives them.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
                                    const std::string& where);
 

@@ -33,7 +33,7 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
 }
 
 // Joins a ring of n_a vertices to the next ring of n_b vertices; a and b are the indices of their
-// first vertices. Each new triangle gets the shorter of the two possible edges.
+// first vertices. Each new triangle gets the shorter of the two possible new edges.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -

@@ -40,9 +40,9 @@ class Communicator {
     std::size_t bytes;
   };
 
-  // Several of the next three operations can be started before one call of finish() completes them.
-  // Until then, their data must stay in place and must not be used. At most one start_gather() may
-  // be incomplete.
+  // The next three functions start operations, and finish() completes all of them. Until then, the
+  // data must stay in place and must not be used. Several operations can be incomplete at a time,
+  // but only one start_gather().
 
   // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
   // receives all other bytes.
@@ -97,7 +97,7 @@ std::shared_ptr<const Communicator> single_communicator();
 
 // Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
 // comm.py2f(). -1 denotes MPI_COMM_WORLD; MPI is then initialised if necessary. Throws Unsupported
-// with advice if the plug-in cannot be loaded, and InvalidInput if the plug-in makes no
+// with advice if the plug-in cannot be loaded, and InvalidInput if the plug-in cannot make a
 // communicator or if the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is
 // set and not 0, a rank that waits for the other ranks longer than this time ends all ranks
 // (mpi_watch.h).

@@ -216,7 +216,7 @@ class Simulated {
 
   double answer(int rank, int to, double time) {
     Rank& own = ranks_[rank];
-    const std::size_t kept = own.stack.empty() ? 1 : 0;  // the rank keeps a task for itself
+    const std::size_t kept = own.stack.empty() ? 1 : 0;  // a rank without a test keeps one task
     if (own.pool.size() <= kept) {
       ++report_.refusals;
       return send(to, {0.0, PoolMessage::Refusal, rank}, time);

@@ -1,7 +1,7 @@
-// Predicts, from recorded costs, how long many ranks take if their work is divided statically, by
-// expected costs or by task pools. Task pools are replayed by a discrete-event simulation. It
-// includes the latency and bandwidth of messages, the processor time for each message, and the
-// interval at which ranks poll.
+// Predicts from recorded costs the time that many ranks would need for their work. The work can be
+// divided in three ways: statically, by expected costs, or by task pools. Task pools are replayed
+// by a discrete-event simulation. It includes the latency and bandwidth of messages, the processor
+// time for each message, and the interval at which ranks poll.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct RecordedTests {
   std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
   // After some searches, ranks exchange measured costs, by which they divide the first tests of
-  // later searches. Averages per search: number of such exchanges, and size of the cost data that
-  // each rank receives in them [bytes].
+  // later searches. These are the mean number of such exchanges per search, and the mean size of
+  // the cost data that each rank receives per search [bytes].
   double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }
@@ -41,7 +41,7 @@ struct ReplayReport {
   double exchange = 0.0;  // part of `seconds` in which the ranks exchange results and costs [s]
   // Least, mean and largest time that a rank spends on tests or pieces of work [s].
   double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;
-  // Numbers of requests, transfers and refusals of all ranks, and number of waves.
+  // Numbers of requests, transfers and refusals of all ranks, and number of waves of Termination.
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;
 };
 
@@ -50,7 +50,7 @@ struct ReplayReport {
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]
-  SectionStarts first;           // (sections + 1) first piece of each, then their number
+  SectionStarts first;           // (sections + 1) first piece of each section, then piece count
   double divisible = 0.0;        // cost of further work, divided evenly among ranks [s]
   std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
 

@@ -42,8 +42,8 @@ std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const Se
   return cuts;
 }
 
-// Replaces each cut by the present one if the cost between the two is at most `tolerance` times the
-// mean cost of a range.
+// Replaces each new cut r by present[r] if the cost between the two is at most `tolerance` times
+// the mean cost of a range.
 void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
                 double tolerance, std::vector<std::size_t>& cuts) {
   const double most =
@@ -55,8 +55,8 @@ void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>&
   }
 }
 
-// Divides the sections of each group by `cut`, which gets the group and the costs of its pieces and
-// returns the positions at which the group is cut.
+// Divides the sections of each group by means of `cut`, which gets the group and the costs of its
+// pieces and returns the positions at which the group is cut.
 template <class Cut>
 SectionRanges ranges_of_groups(const std::vector<float>& costs, const SectionStarts& first,
                                Cut&& cut) {

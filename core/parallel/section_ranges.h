@@ -19,15 +19,15 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
-// Returns section_ranges() for the number of `present` ranges, but keeps each present boundary if
-// the cost between it and the new one is at most `tolerance` times the mean cost of the ranges that
-// are cut together.
+// Like section_ranges() above, for as many ranges as `present` has. Keeps each boundary of
+// `present` if the cost between it and the new boundary is at most `tolerance` times the mean cost
+// of the ranges that are cut together.
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              const SectionRanges& present, double tolerance);
 
-// Returns the imbalance of ranges [1]: A / B. A adds up the cost of the most expensive range in
-// each group of sections that are cut together, and B is the mean cost per rank. The imbalance of
-// equally expensive ranges is 1.
+// Returns the imbalance of ranges [1]: A / B. A is the sum, over all groups of sections that are
+// cut together, of the cost of the most expensive range of the group. B is the mean cost per rank.
+// The imbalance of equally expensive ranges is 1.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

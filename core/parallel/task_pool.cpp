@@ -235,7 +235,7 @@ bool PoolRun::poll() {
   return any;
 }
 
-// Tells the mailbox whether this rank waits.
+// Tells the mailbox that this rank begins or stops waiting.
 void PoolRun::set_idle(bool idle) {
   if (idle == idle_) return;
   idle_ = idle;

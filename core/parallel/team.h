@@ -145,7 +145,7 @@ void parallel_for(const Team& team, Index n, Body&& body, Index grain = 512) {
   });
 }
 
-// Returns the sum of term(i) over [0, n). Each block of `rows_per_block` rows is summed on its own,
+// Returns the sum of term(i) over [0, n). Each block of rows_per_block terms is summed on its own,
 // and the block sums are added in order.
 template <class Term>
 double parallel_sum(const Team& team, Index n, Term&& term) {

@@ -32,7 +32,7 @@ void BulletWorld::updateAabbs() {
     btVector3 low, high, end_low, end_high;
     shape.getAabb(object.getWorldTransform(), low, high);
     shape.getAabb(object.getInterpolationWorldTransform(), end_low,
-                  end_high);  // both poses are equal for obstacles
+                  end_high);  // obstacles keep their start pose during a step
     low.setMin(end_low), high.setMax(end_high);
     low -= wider, high += wider;
     if (object.isStaticOrKinematicObject()) {

@@ -42,8 +42,8 @@ ConvexPolyhedron::ConvexPolyhedron(const std::vector<Vec3>& given,
     for (const int corner : corners)
       face.offset += face.normal.dot(points[corner]) / static_cast<double>(corners.size());
     if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
-    // A face joins a larger one in whose plane it lies. Slivers between coplanar points, which have
-    // no well-defined normal, thus become part of a larger face.
+    // A face that lies in the plane of a larger one becomes part of it. This includes slivers
+    // between coplanar points, which have no well-defined normal.
     auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
       return std::all_of(corners.begin(), corners.end(), [&](int corner) {
         return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;

@@ -28,8 +28,8 @@ const ConvexPolyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
              : static_cast<const ConvexPolyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
-// Collects the triangles of a mesh whose bounding boxes intersect a given box, and transforms them
-// to the axes of the hull.
+// Collects all mesh triangles whose bounding boxes intersect a given box, and transforms them to
+// the axes of the hull.
 class Collect : public btTriangleCallback {
  public:
   Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high,

@@ -18,7 +18,7 @@ using Contacts = HullOnTriangles::Contacts;
 // Reduces the contacts in one plane to at most four. A contact bears load if its gap exceeds the
 // smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps four of them:
 // the one farthest from their mean position, the one farthest from that one, and the farthest one
-// on either side of the line through these two. Otherwise keeps all contacts that bear load and
+// on each side of the line through these two. Otherwise keeps all contacts that bear load and
 // adds those farthest from the contacts already kept. Contacts that existed in the last step count
 // as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
@@ -103,7 +103,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only a clearly smaller overlap replaces an axis, so contacts keep their type (face or edge).
+  // Only an axis of clearly smaller overlap replaces another, so contacts keep their type.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };

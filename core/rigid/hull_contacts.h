@@ -50,7 +50,7 @@ class HullOnTriangles {
     Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if face and edge are -1
   };
   // Returns the unit normal of a triangle, pointing to the side that the triangle faces (see
-  // above), or zero if the triangle has no area.
+  // the class), or zero if the triangle has no area.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
   // Returns true if no triangle that shares the corners `among` (a bit mask) of `triangle` extends
   // beyond them along `direction`.
@@ -67,8 +67,8 @@ class HullOnTriangles {
                      Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
-  // Adds the contacts between the hull and a triangle. They have the direction of `axis` or, only
-  // if `axis` is nearly parallel to the triangle's `normal`, that of `normal`.
+  // Adds the contacts between the hull and a triangle. Each has the direction of `axis` or that
+  // of the triangle's `normal`. Unless the two are nearly parallel, all have that of `axis`.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
   void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near);

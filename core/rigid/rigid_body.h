@@ -38,7 +38,7 @@ struct RigidBody {
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  double thickness = 0.0;  // contact distance to cloth [m]; 0: the largest of the cloths
+  double thickness = 0.0;  // contact distance to cloth [m]; 0: the largest of all cloths
   std::optional<Look> look;
 
   static auto fields() {
@@ -184,8 +184,8 @@ class RigidWorld {
   // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point whose gap is at most Bullet's
-  // contact breaking threshold. It is about 2 % of half the diagonal of the smaller bounding box of
-  // the two objects in contact.
+  // contact breaking threshold. This threshold is about 2 % of half the diagonal of the smaller
+  // bounding box of the two objects in contact.
   std::vector<std::uint8_t> touching() const;
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.

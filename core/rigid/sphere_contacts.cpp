@@ -114,8 +114,8 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
 }
 
 // Returns true if at.point is also the closest point of every other triangle that shares the edge
-// or corner on which this point lies. If this holds for several of these triangles, returns true
-// only for the first of them.
+// or corner on which this point lies, and if at.triangle is the first of these triangles in near_.
+// Also returns true if the point lies inside its triangle.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;

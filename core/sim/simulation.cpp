@@ -39,7 +39,7 @@ class Stepping {
 }  // namespace
 
 struct Simulation::Data {
-  IntegratorOptions options;  // step() is StepChoice::largest, even if steps are automatic
+  IntegratorOptions options;  // options.step() is steps.largest, even if steps are automatic
   StepChoice steps;
   std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
   Team team;
@@ -108,7 +108,7 @@ struct Simulation::Data {
     if (written == UserWrites::Positions) state.tangled = 1;
   }
   // Collective. Measures the energies and strains of the report if there are several ranks, because
-  // the user may later request the report on one rank alone. A single rank measures on request.
+  // the user may later request the report on one rank alone. A run on one rank measures on request.
   void measure_together() {
     if (communicator->size() == 1) return;
     const std::int64_t counted = iterations;  // only iterations of steps are counted

@@ -91,11 +91,11 @@ class Simulation {
   void set_external_body_forces(const Points& forces);
   Points external_body_torques() const;
   void set_external_body_torques(const Points& torques);
-  // Sets target positions of prescribed vertices, which replace the script. They are reached after
-  // the time step_size(). Rows of other vertices are ignored.
+  // Sets target positions of prescribed vertices, which replace the script. The targets are
+  // reached after the time step_size(). Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Sets the pose of an obstacle, which replaces its keyframes. It is reached after the time
-  // step_size().
+  // Sets the pose of an obstacle, which replaces its keyframes. The pose is reached after the
+  // time step_size().
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
   // Returns the present magnetic forces [N] and torques about the centres of mass [N m] on the

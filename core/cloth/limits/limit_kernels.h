@@ -36,8 +36,8 @@ void sweep(const Tables& tables, const Motion& motion, const Index* batches, Ind
            std::uint8_t* corrected);
 
 // Computes the changes of x, or of v, without applying them. For batches with a lane to correct,
-// writes the changes at all three corners to `out` (batches x 9 x 8). `corrected` is set as by
-// sweep().
+// writes the changes at all three corners to `out` (batches x 9 x 8). Sets `corrected` as sweep()
+// does.
 void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
                  std::uint8_t* corrected, double* out);
 

@@ -75,8 +75,8 @@ struct ModeLaw {
 };
 
 // Returns the law of mode k at strain e. `modulus` is the one added in the second phase [N/m]. In
-// the fourth phase, viscosity lets the strain recover by at most about the fraction `recovery` of
-// its excess in the step.
+// the fourth phase, viscosity limits the recovery of the strain: in one step, the excess decreases
+// by at most about the fraction `recovery`.
 template <class Lanes>
 LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes modulus, Lanes e,
                                             double recovery) {
@@ -103,8 +103,8 @@ LOOMSTONE_INLINE ModeLaw<Lanes> law_of_mode(const double* bound, int k, Lanes mo
           modulus * lanes_select(over | under, steepness, Lanes{})};
 }
 
-// Bounds the stress of mode k in the lanes in which `yields` is 1 and no other mode is farther
-// beyond the upper strain at which its second phase begins.
+// Bounds the stress of mode k in the lanes in which `yields` is 1 and mode k is the mode that is
+// farthest beyond the upper strain at which its second phase begins.
 template <class Lanes>
 LOOMSTONE_INLINE void let_yield(const double* bound, int k, Lanes modulus, const Lanes strain[3],
                                 Lanes yields, ModeLaw<Lanes>& law) {

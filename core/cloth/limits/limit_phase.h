@@ -23,10 +23,10 @@ class LimitPhase {
   // Determines the phase that each mode of a triangle is in at positions x, for all triangles that
   // touch rows [begin, end). The stress that the phase adds is linearised in the Green strain at x.
   // In the fourth phase, which begins a little beyond the limit, this stress has a viscous part
-  // that lets the strain recover by at most about the fraction `recovery` of its excess in the
-  // step. A triangle yields if yields[v] is not 0 for one of its vertices v: the mode that exceeds
-  // its upper limit most then adds only a small stress. `yields` has an entry for each vertex, or
-  // is null. Returns whether any triangle is in a stiff phase.
+  // that limits the recovery of the strain: in one step, the excess decreases by at most about the
+  // fraction `recovery`. A triangle yields if yields[v] is not 0 for one of its vertices v: the
+  // mode that exceeds its upper limit most then adds only a small stress. `yields` has an entry for
+  // each vertex, or is null. Returns whether any triangle is in a stiff phase.
   bool enter(const Team& team, const Points& x, Index begin, Index end,
              const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Tables for membrane::Tables, which documents their layout.

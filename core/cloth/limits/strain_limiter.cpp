@@ -202,8 +202,9 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Sorts the batches by part of the mesh, one part for each thread. Keeps their order within a part.
-// If sweep_jacobi() visits all vertices, a thread thus mostly sums corrections that it computed.
+// Divides the mesh into one part for each thread, and sorts the batches by part. Keeps their order
+// within a part. If sweep_jacobi() visits all vertices, a thread thus mostly sums corrections that
+// it computed.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

@@ -169,7 +169,7 @@ class Membrane {
   bool viscous_ = false;
   std::vector<Index> slot_start_, slots_;  // offsets in element_forces_ of the forces on each row
 
-  std::vector<Index> batches_;  // places of batches that touch rows [begin_, end_)
+  std::vector<Index> batches_;  // batches that touch rows [begin_, end_): indices into stored_
   Index begin_ = -1, end_ = -1;
   std::vector<double> element_forces_, element_strains_;
 

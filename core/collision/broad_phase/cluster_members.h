@@ -39,8 +39,9 @@ class VertexSet {
     inside_[vertex] = 1;
     vertices_.push_back(vertex);
   }
-  // Adds a vertex, except to vertices(), and returns whether it was missing. Several threads may
-  // call this function at once. The caller must pass the added vertices to list().
+  // Adds a vertex to the set, but not to vertices(). Returns whether the set did not contain it
+  // before. Several threads may call this function at once. The caller must then pass the added
+  // vertices to list().
   bool take(Index vertex) {
     std::atomic_ref<std::uint8_t> inside(inside_[vertex]);
     return !inside.load(std::memory_order_relaxed) &&

@@ -91,9 +91,9 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   }
 }
 
-// Makes the pass of this rank over its lists after begin_update(): checks the motion of vertices,
-// adds the bound on the change of distances in the last step to `used` of each list, and finds the
-// lists that must be made again.
+// Goes through the lists of this rank after begin_update(): checks the motion of vertices, adds to
+// `used` of each list the bound on the change of distances in the last step, and finds the lists
+// that must be made again.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -193,8 +193,8 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what)
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
   // Makes the lists that the last update has marked, because find_ended_before() replaces the
-  // marks. This is not necessary for Cover::Reach, which requires all pairs that an update
-  // requires.
+  // marks. For Cover::Reach, this is not necessary: every list that then remains unmarked contains
+  // all pairs that an update requires.
   if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);

@@ -11,9 +11,10 @@ namespace loomstone {
 
 namespace {
 
-// Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps.
-// `most_slack` and `most_slack_of_edge` each give an upper bound, of which the larger one applies.
+// Parameters tuned on a draped sheet; they affect speed only. The slack of a list is the change of
+// distances over `steps_to_last` steps of the current motion, clamped to the bounds below, but at
+// least the change over 1.5 steps. `most_slack` and `most_slack_of_edge` each give an upper bound,
+// of which the larger one applies.
 // If the boxes of the two clusters are farther apart than the base distance plus this slack, the
 // slack is increased to the gap between the boxes minus the base distance. In the search for
 // cluster pairs, vertex boxes cover `steps_ahead` steps plus a margin.

@@ -32,7 +32,7 @@ class SearchDeal {
   static constexpr double exchanges() { return 2.0 / interval; }
   double bytes() const;
 
-  // Returns whether the clusters have been cut.
+  // Returns whether the clusters have been cut into ranges.
   bool known() const { return !starts_.empty(); }
   // First cluster of the range of each rank, followed by the number of clusters.
   const std::vector<std::size_t>& starts() const { return starts_; }

@@ -34,8 +34,8 @@ SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<Surfac
 
 void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, const Take& take) {
   still_ = &motion.x0 == &motion.x1;
-  // Only boxes at rest show whether a tree is still compact, so trees are rebuilt only in
-  // searches at rest.
+  // Only boxes of vertices at rest show whether a tree is still compact, so trees are rebuilt only
+  // in searches in which no vertex moves.
   trees_.refit(team, motion, still_);
   scratch_.resize(std::max(1, team.threads));
   SearchDeal& deal = deals_[still_];

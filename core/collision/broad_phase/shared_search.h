@@ -25,7 +25,7 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` determines which features are attached, and must outlive this object.
+  // `broad_phase` tells which pairs an attachment ties, and must outlive this object.
   // Construction and destruction are collective.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
@@ -40,9 +40,9 @@ class SharedSearch {
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
 
   // Collective. Passes to take() all pairs of features whose 18-DOPs overlap, each on one rank.
-  // Omits pairs that are attached or share a vertex. All other pairs that come closer than the sum
-  // of the inflations of their surfaces are thus found. If take() throws on a rank, all ranks throw
-  // in gather().
+  // Omits pairs tied by an attachment and pairs that share a vertex. All other pairs that come
+  // closer than the sum of the inflations of their surfaces are thus found. If take() throws on a
+  // rank, all ranks throw in gather().
   void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
 
   // Collective. Returns the records that the threads of all ranks made in the last each_pair().

@@ -1,7 +1,7 @@
-// 18-DOPs ([Thomaszewski2010], (2.56)): extents along nine directions with components in {-1, 0,
-// 1}. The three axes come first, then the six diagonals. Directions are not normalised.
-// Bounds are floats, rounded outwards. Groups of eight 18-DOPs have a structure-of-arrays layout
-// for vector instructions.
+// 18-DOPs ([Thomaszewski2010], (2.56)): extents along nine directions with components -1, 0 or 1.
+// The three axes come first, then the six diagonals. Directions are not normalised. Bounds are
+// floats, rounded outwards. Groups of eight 18-DOPs have a structure-of-arrays layout for vector
+// instructions.
 #pragma once
 
 #include <algorithm>

@@ -94,8 +94,8 @@ constexpr Index contacts_at_once = 64;
 // A contact at the start of the step.
 struct AtStart {
   ActingOn acting;
-  // For share 1: stiffness in the normal direction and largest allowed slope of the normal force
-  // [N/m], and this force.
+  // For share 1: stiffness in the normal direction [N/m], largest allowed slope of the normal
+  // force [N/m], and the normal force itself.
   double stiffness = 0.0, steepest = 0.0;
   ContactForce normal{};
 };
@@ -115,7 +115,7 @@ ContactForce normal_at_start(const Contact& contact, const AtStart& start, doubl
   return extended_force({contact.distance, linear}, contact.thickness, start.stiffness);
 }
 
-// Returns the law of a contact, without `contact` and `counts`.
+// Returns the law of a contact. Does not set its members `contact` and `counts`.
 ContactLaw law_at_start(const Contact& contact, const AtStart& start, double share,
                         const Vec3& slip) {
   ContactLaw law;
@@ -129,7 +129,7 @@ ContactLaw law_at_start(const Contact& contact, const AtStart& start, double sha
 }
 
 // Sets the gradient and H of a term from the normal force, for share 1, and from friction after the
-// predicted motion. `stiffness` is that of the anchor times the share [N/m].
+// predicted motion. `stiffness` is the anchor stiffness times the share [N/m].
 void set_forces(const Contact& contact, const ContactInputs& inputs, double stiffness,
                 const ContactForce& normal, const ContactLaw& law, ExtraTerm& term) {
   const Mat3 tangent = tangent_projector(law.normal);
@@ -241,7 +241,8 @@ FrictionError ContactTerms::friction_at(const Team& team, const Points& displace
         ContactForce normal = force_at_start(law);
         // Near the onset of the law, a contact is too soft to stop even a gentle motion within the
         // step. Such a contact counts as closing only if its stiffness, as determined by
-        // contact_stiffness() and multiplied by the share, is greater than that of the model.
+        // contact_stiffness() and multiplied by the share, is greater than the contact stiffness of
+        // the model.
         const bool resists =
             law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
         const bool closes = resists && law.distance + along < closing * law.distance;

@@ -36,8 +36,8 @@ struct FrictionError {
   // would close (see `closing` in contact_terms.cpp).
   std::array<BinnedSum, n_sums> sums;
 
-  // Returns 1 if any contact would close. Otherwise returns the first sum divided by the second
-  // [1], or 0 if the first is 0.
+  // Returns 1 if any contact would close. Otherwise returns the error of friction divided by the
+  // friction limit [1], or 0 if there is no error.
   double relative() const;
 };
 
@@ -75,9 +75,9 @@ class ContactTerms {
   // Linearises the terms again about the start of the step. The normal force after `displacement`
   // gives the friction limit. The slip after `displacement` gives the friction force and its secant
   // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. Returns
-  // the sums of FrictionError over terms that count. The error is that of friction in `terms`
-  // before the call. `inverse_mass` of cloth rows [1/kg] is used to predict the slip of contacts
-  // whose friction was too large.
+  // the sums of FrictionError over terms that count. The error refers to the friction that `terms`
+  // had before the call. `inverse_mass` of cloth rows [1/kg] is used to predict the slip of
+  // contacts whose friction was too large.
   FrictionError friction_at(const Team& team, const Points& displacement, double time,
                             const Vector& inverse_mass, ExtraTerms& terms) const;
 

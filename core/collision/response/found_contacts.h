@@ -51,9 +51,9 @@ ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>&
 ContactTotals joined(const std::vector<ContactTotals>& parts);
 
 // Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with one
-// of the rows of this rank (`rows`). If such a contact is that of a vertex with a face, the rank
-// keeps all contacts of this vertex with faces, because they divide their force among themselves.
-// The rank of row 0 also keeps the contacts of which no vertex moves with a row.
+// of the rows of this rank (`rows`). If such a contact is between a vertex and a face, the rank
+// keeps all contacts of this vertex with faces, because these contacts divide their force among
+// themselves. The rank of row 0 also keeps contacts without a vertex that moves with a row.
 class ContactSelection {
  public:
   ContactSelection(const CollisionModel& model, IndexRange rows);

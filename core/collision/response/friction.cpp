@@ -27,7 +27,7 @@ bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Inde
 bool in_pair_order(const Anchor& x, const Anchor& y) { return pair_order(x) < pair_order(y); }
 
 // The anchors of edge pairs as (second edge, index of the anchor), in ascending order. Contains
-// only anchors whose second edge is that of one of the given contacts.
+// only anchors whose second edge is also the second edge of a given contact.
 class BySecondEdge {
  public:
   BySecondEdge(const std::vector<Anchor>& anchors, const std::vector<Contact>& contacts,
@@ -56,8 +56,8 @@ class BySecondEdge {
   std::vector<std::pair<Index, Index>> order_;
 };
 
-// Returns for each contact the anchor of the same pair, or null if there is none. `contacts` and
-// `anchors` are sorted by (kind, a, b).
+// Returns, for each contact, the anchor of its feature pair, or null if there is none. `contacts`
+// and `anchors` are sorted by (kind, a, b).
 std::vector<const Anchor*> own_anchors(const std::vector<Contact>& contacts,
                                        const std::vector<Anchor>& anchors) {
   std::vector<const Anchor*> found(contacts.size(), nullptr);
@@ -121,8 +121,8 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   const BySecondEdge turned(anchors, contacts, others, model.edges.rows());
   for (const std::size_t c : others) {
     const Contact& contact = contacts[c];
-    // After all calls, found[c] is the anchor with the largest normal force among those of
-    // neighbouring pairs, or the first of several such anchors.
+    // After all calls of consider(), found[c] is the anchor with the largest normal force among the
+    // anchors of neighbouring pairs. If several have this force, it is the first of them.
     const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
       if (found[c] && anchor.normal_force <= found[c]->normal_force) return;
       if (neighbours(model, contact.kind, theirs, ours)) found[c] = &anchor;

@@ -46,10 +46,10 @@ FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tange
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
 // Returns the slip [m] of each contact at the start of the step, projected onto its tangent plane.
-// The slip comes from the anchor of the same pair. If there is none, it comes from the anchor of
-// the neighbouring pair with the largest normal force. A neighbouring pair has the same vertex,
-// first edge or second edge, and the other features of the two pairs have a common vertex. Without
-// such an anchor, the slip is zero.
+// The slip comes from the anchor of the contact's feature pair. If this pair has no anchor, the
+// slip comes from the neighbouring pair whose anchor has the largest normal force. A neighbouring
+// pair has the same vertex, first edge or second edge, and the other features of the two pairs have
+// a common vertex. If no neighbouring pair has an anchor either, the slip is zero.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

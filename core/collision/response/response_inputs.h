@@ -32,7 +32,7 @@ class VertexVelocities {
 // Inputs for terms of the implicit solve, with n collision vertices and b bodies.
 struct ContactInputs {
   const Points& x0;  // (n x 3) positions at the start [m]
-  // Predicted velocities. Those of obstacle vertices enter ExtraTerm::drift.
+  // Predicted velocities. The velocities of obstacle vertices enter ExtraTerm::drift.
   const VertexVelocities& v0;
   const VertexVelocities& last_change;  // last velocity change, scaled to `step`; 0 if unknown
   const Points& body_centres;           // (b x 3) centres of mass [m]

@@ -38,8 +38,8 @@ bool separates_nothing(std::span<Piercing* const> contour, const std::vector<int
   });
 }
 
-// Returns whether the label of each edge of the contour differs from that of the triangle it
-// pierces.
+// Returns whether the label of each edge of the contour differs from the label of the triangle that
+// it pierces.
 bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& label) {
   return std::none_of(contour.begin(), contour.end(), [&](const Piercing* p) {
     return label[p->vertices[0]] == label[p->vertices[2]];

@@ -58,7 +58,7 @@ double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
 }
 
 // Inner products of the vectors sqrt(k) B^T d, where k and d are the modulus and direction of each
-// of the three limit modes, and B is that of strain_product(). The matrix has the nonzero
+// of the three limit modes, and B is defined as in strain_product(). The matrix has the nonzero
 // eigenvalues of the stiffness B^T (sum k d d^T) B that the second phases add.
 Mat3 limit_products(const RestTriangle& rest, const LimitModes& limits) {
   Mat3 directions;

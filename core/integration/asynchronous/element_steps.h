@@ -26,8 +26,8 @@ inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
 // Consider triangle K alone, with the mass that K contributes to each of its corners. An explicit
 // step h is stable for K if h^2 lambda + 2 h delta <= 4, where lambda [1/s^2] and delta [1/s] are
 // the largest eigenvalues of stiffness and of viscosity, both divided by mass. The largest
-// eigenvalue of the whole cloth is at most the largest one of its triangles [Fried1972]. The step
-// of a triangle includes the factor `safety`: h^2 lambda + 2 h delta = 4 safety^2.
+// eigenvalue of the whole cloth is at most the largest eigenvalue of its triangles [Fried1972]. The
+// step of a triangle includes the factor `safety`: h^2 lambda + 2 h delta = 4 safety^2.
 class ElementSteps {
  public:
   // limits (m): modes of the limit potential; may be empty.
@@ -35,12 +35,12 @@ class ElementSteps {
                const std::vector<LimitModes>& limits = {});
 
   const Vector& at_rest() const { return at_rest_; }  // (m) steps at rest [s]
-  // Steps (m) at positions x and velocities v, at most those at rest [s]. With the largest stretch
-  // s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the
-  // eigenvalue at rest plus the largest one of the stiff phases of strain limits that are entered
-  // at x or at the positions that v predicts, and gamma is the largest eigenvalue that a unit of
-  // tension adds. With a limit potential, steps are so short that the predicted change of strain in
-  // a step is at most 0.1. The result is valid until the next call.
+  // Steps (m) [s] at positions x and velocities v, never longer than at rest. With the largest
+  // stretch s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0
+  // is the eigenvalue at rest plus the largest eigenvalue of the stiff phases of strain limits that
+  // are entered at x or at the positions that v predicts, and gamma is the largest eigenvalue that
+  // a unit of tension adds. With a limit potential, steps are so short that the predicted change of
+  // strain in a step is at most 0.1. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s] at the strains that at() has computed. Each mode is in its phase at
   // these strains or in its entry of `phases`, whichever is higher.

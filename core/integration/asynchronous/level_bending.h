@@ -70,9 +70,9 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of the triangles of all bending meshes, by level. Groups of undamped meshes also include
-// the triangles of finer levels. In an event, only one group of such a mesh then acts, and it
-// evaluates each bending angle once. The forces of the triangles of finer levels are multiplied by
-// the ratio of their step to that of the group.
+// the triangles of finer levels. In an event, only one group of an undamped mesh then acts, and
+// it evaluates each bending angle once. The forces of the triangles of finer levels are multiplied
+// by the step of their level divided by the step of the group.
 class LevelGroups {
  public:
   LevelGroups() = default;

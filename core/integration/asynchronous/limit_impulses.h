@@ -20,16 +20,16 @@ class LimitImpulses {
 
   // Corrects a triangle whose next event follows after the time `step` [s].
   void correct(Index triangle, double step, Points& x, Points& v);
-  // Corrects, one after another, the listed triangles whose strain on entry is out of bounds or
-  // would be at their next event. `steps` (m) contains the time from now to the next event of each
-  // triangle [s].
+  // Corrects, one after another, the listed triangles whose strain, as computed on entry, is out of
+  // bounds or would be out of bounds at their next event. `steps` (m) contains the time from now to
+  // the next event of each triangle [s].
   void correct(const Team& team, const std::vector<Index>& triangles, const Vector& steps,
                Points& x, Points& v);
 
  private:
   using Corners = double[9];
-  // Moves the corners in one pass to bring the strain within the bounds. Returns false if none has
-  // moved.
+  // Moves the corners in one pass to bring the strain within the bounds. Returns false if no corner
+  // has moved.
   bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
   bool limit_edges(Index triangle, double longest, Corners& x) const;
   bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;

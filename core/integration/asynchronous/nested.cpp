@@ -1,5 +1,5 @@
 // Asynchronous variational integrator [Lew2003] with nested steps: every triangle has its own step,
-// a power-of-two fraction of a common one, and its force acts as an impulse at the ends of its
+// a power-of-two fraction of a common step, and its force acts as an impulse at the ends of its
 // steps. Between impulses, vertices that no body carries move at constant velocity. Elastic forces
 // depend on positions only, so their impulses at the same time commute.
 #include <algorithm>
@@ -15,12 +15,12 @@ namespace loomstone {
 
 namespace {
 
-// Vertices sorted by level. The level of a vertex is the finest one of its elements. Vertices
+// Vertices sorted by level. The level of a vertex is the finest level of its elements. Vertices
 // attached to one body share the finest of their levels.
 struct LevelVertices {
   std::vector<Index> order;         // (n) finest level first
   std::vector<std::uint8_t> level;  // (n)
-  std::vector<Index> end;           // (levels) end of the vertices of a level in `order`
+  std::vector<Index> end;           // (levels) end of each level's vertices in `order`
 
   explicit LevelVertices(std::vector<std::uint8_t> levels, int finest) : level(std::move(levels)) {
     for (int k = finest; k >= 0; --k) {
@@ -39,7 +39,7 @@ struct Plan {
   std::vector<std::uint8_t> level;   // (m) levels of the triangles, not coarser than `wanted`
   std::vector<double> step_of;       // (levels) step of each level [s]
   std::unique_ptr<LevelMembrane> membrane;
-  // (levels) Triangles of each level and the finer ones; empty without limit impulses.
+  // (levels) Triangles of each level and of all finer levels; empty without limit impulses.
   std::vector<std::vector<Index>> limited;
   Vector steps;  // (m) step of the level of each triangle [s]
   LevelGroups groups;

@@ -18,8 +18,9 @@ struct PanelCluster {
   Index begin = 0, end = 0;      // range of its panels in the order of the clusters
   Index children[2] = {-1, -1};  // -1 for a leaf
   Points nodes;                  // positions of the Chebyshev nodes (n x 3) [m]
-  // Lagrange polynomials of the nodes (columns). In a leaf, the rows are their integrals over the
-  // panels [m^2]. In other clusters, the rows are their values at the nodes of both children [1].
+  // The column of a node belongs to its Lagrange polynomial. In a leaf, it contains the integral of
+  // the polynomial over each panel (rows) [m^2]. In any other cluster, it contains the values of
+  // the polynomial at the nodes of both children (rows) [1].
   Eigen::MatrixXd weights;
 
   bool leaf() const { return children[0] < 0; }
@@ -37,9 +38,9 @@ class PanelClusters {
   // normals are closest to one of the six directions +-x, +-y and +-z.
   const std::vector<Index>& roots() const { return roots_; }
 
-  // gathered() returns the values of the panels in the order of the clusters, taken from the values
-  // `all` of the whole set. scatter() adds `factor` times the values `own`, which are in the order
-  // of the clusters, to those of the whole set.
+  // gathered() selects the values of the panels of all clusters from the values `all` of the whole
+  // set, and returns them in the order of the clusters. scatter() adds `factor` times the values
+  // `own`, which are in this order, to the values of the whole set.
   Vector gathered(const Vector& all) const;
   void scatter(const Vector& own, double factor, Vector& all) const;
 

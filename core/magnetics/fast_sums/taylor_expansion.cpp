@@ -14,7 +14,7 @@ using Trace = TaylorTables::Trace;
 using Shift = TaylorTables::Shift;
 
 constexpr int most_places = 680;  // number of multi-indices up to degree 14
-constexpr int most_slim = 225;    // number of those with a z exponent of at most 1
+constexpr int most_slim = 225;    // number up to degree 14 with a z exponent of at most 1
 
 // Computes x^k / k! for the first `n` multi-indices k in the order of TaylorTables.
 template <class Lanes>
@@ -28,7 +28,7 @@ LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes
 struct PowerTables {
   const Power* powers;
   const int* next[3];
-  int n_powers[2];  // numbers of multi-indices up to degree order - 1 and order - 2
+  int n_powers[2];  // numbers of multi-indices up to degrees order - 1 and order - 2
   int n_places;
 };
 

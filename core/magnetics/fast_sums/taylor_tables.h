@@ -32,7 +32,7 @@ struct TaylorTables {
   explicit TaylorTables(int order);
 
   int order;
-  int n_powers[2];                       // numbers of places up to degree order - 1 and order - 2
+  int n_powers[2];                       // numbers of places up to degrees order - 1 and order - 2
   std::vector<int> slim;                 // places with a z exponent of at most 1 (slim places)
   std::vector<int> slim_ends;            // number of slim places up to each degree
   std::vector<Power> powers;             // one for each place

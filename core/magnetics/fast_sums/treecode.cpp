@@ -100,10 +100,10 @@ bool few(const DipoleSet& by, Index observers) {
 }
 
 // Tries ever more accurate settings until the error meets the tolerance. pass(setting, cells)
-// returns the relative error at the samples. If a setting misses its predicted error by a factor,
-// the next setting is assumed to miss its own by the same factor. With many observers, each setting
-// is first tested on the cells that contain samples. The setting that meets the tolerance is then
-// applied to all cells. Returns false if no setting meets the tolerance.
+// returns the relative error at the samples. The ratio of this error to the predicted one is
+// assumed to be the same for the next setting. With many observers, each setting is first tested on
+// the cells that contain samples. The setting that meets the tolerance is then applied to all
+// cells. Returns false if no setting meets the tolerance.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {

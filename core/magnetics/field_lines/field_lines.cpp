@@ -64,7 +64,7 @@ struct Solid {
 
 // State of a line that is being traced in one direction.
 struct Tracer {
-  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, tangent at the seed
+  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, and tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
   Index origin = 0;                    // index of the seed
   bool inside = false, close = false;  // inside: in a body; close: in a layer or its body

@@ -50,8 +50,8 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
 // Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
 // of solid bodies, on discs inside loops and solenoids, and on surfaces bounded by closed
 // polylines. Seeds on solid bodies are traced along the field, others in both directions. Throws
-// InvalidInput if `lines` < 1, if there are no such bodies or if no flux passes through the
-// surfaces and discs.
+// InvalidInput if `lines` < 1, if there are no such surfaces and discs, or if no flux passes
+// through them.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
 

@@ -57,7 +57,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Vec3 du = panels[p].at(0.51, 0.5).position - panels[p].at(0.49, 0.5).position;
     const Vec3 dv = panels[p].at(0.5, 0.51).position - panels[p].at(0.5, 0.49).position;
-    // Round panels are measured along their outer arc.
+    // A round panel is as wide as its outer arc is long.
     const double turned = panels[p].turn * panels[p].radius1;
     const double wide = std::max({50.0 * du.norm(), std::abs(turned), 1e-300}),
                  high = std::max(50.0 * dv.norm(), 1e-300);

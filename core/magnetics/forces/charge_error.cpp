@@ -35,11 +35,11 @@ double calibrated(double difference, double force, double gap) {
 }
 
 // Returns the factor by which the estimated error of the force on `on` is multiplied if both bodies
-// are induced, because both charges then have errors. The charge of `on` opposite the edges of `by`
-// varies at the scale of the gap, within panels that are not refined there. If the edges of the
-// bodies are parallel and the gap is less than 2.5 times the width (square root of the area) of the
-// largest panel on the finest grid of `on`, the errors add up along whole edges, and the factor is
-// larger. The factors were fitted to true errors, like the formula of calibrated().
+// are induced, because both charges then have errors. Opposite the edges of `by`, the charge of
+// `on` varies at the scale of the gap, but the panels of `on` are not refined there. If the edges
+// of the bodies are parallel and the gap is less than 2.5 times the width (square root of the area)
+// of the largest panel on the finest grid of `on`, the errors add up along whole edges, and the
+// factor is larger. The factors were fitted to true errors, like the formula of calibrated().
 double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   constexpr double usual = 2.5, along_edges = 5.0, wide = 2.5, parallel = 1e-3;
   const auto box = on.source->box(), other = by.source->box();

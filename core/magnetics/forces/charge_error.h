@@ -1,6 +1,6 @@
-// Estimated errors of the forces on and from induced bodies, whose surface charge is approximate.
-// They are derived from the force that the field of the other body would exert on a charge equal to
-// the estimated error.
+// Estimated errors of forces between an induced body, whose surface charge is approximate, and
+// another body. They are derived from the force that the field of the other body would exert on a
+// charge equal to the estimated error of the induced charge.
 #pragma once
 
 #include <vector>

@@ -21,8 +21,8 @@ struct PlacedCharges {
 };
 
 // Returns the panels of a body with the mean charge of each, for forces between induced bodies.
-// Returns nullopt for sources without charged panels. The variation of charge within panels, which
-// the applied field causes, is omitted, because its field is expensive to evaluate.
+// Returns nullopt for sources without charged panels. The variation of charge within panels is
+// omitted, because the field of the varying charge is expensive to evaluate.
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
 
 // panel_wrench() returns the wrench on `on`. panel_wrenches() returns one wrench for each set of

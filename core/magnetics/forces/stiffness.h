@@ -39,9 +39,9 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<Index>& carrier,
                                  const std::vector<Carrier>& carriers, double field);
 
-// A sphere that magnetises along the field (chi > 0). It experiences no torque. The stiffness of
-// the forces on it is computed for constant moments. This is an upper bound, because the stiffness
-// is smaller if the moments follow the field.
+// A sphere whose moment is parallel to the field (chi > 0), so that it experiences no torque. The
+// stiffness of the forces on it is computed for constant moments. This is an upper bound, because
+// the stiffness is smaller if the moments follow the field.
 struct SoftSphere {
   Index carrier;
   Vec3 position, moment;  // [m], [A m^2]
@@ -61,7 +61,7 @@ struct FixedMagnet {
 // stiffness is the moment of a sphere times the second derivative of the field. For a field that
 // falls as r^-3, this derivative is 4 / r times the gradient, and r is at least the sphere's
 // radius. If the magnet has at most 64 dipoles, a sum over them gives another bound, and the
-// smaller one is used.
+// smaller of the two bounds is used.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

@@ -43,9 +43,9 @@ class BoundaryElements {
 // its own equation, with an eighth of the unknowns.
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
-// Returns the matrix for triangles of a closed surface. The flux of a panel through a near panel is
-// computed from the field of the first at 4 x 4 points of the second. The flux between far panels
-// is computed by quadrature over both. The diagonal entries absorb the quadrature error, so that
+// Returns the matrix for triangles of a closed surface. Between near panels, the flux is computed
+// from the field of the charged panel at 4 x 4 points of the other. Between far panels, it is
+// computed by quadrature over both. The diagonal entries absorb the quadrature error, so that
 // Gauss' law holds exactly.
 std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
                                                          const std::vector<FlatPanel>& panels);

@@ -35,8 +35,8 @@ std::vector<Vector> CoupledResponse::received(const std::vector<MagneticBody>& h
   std::vector<Vector> result;
   applied.resize(soft_.size());
   for (std::size_t i = 0; i < soft_.size(); ++i) {
-    // Use B instead of mu0 H: if the pole of a magnet touches the body, the normal component of B
-    // is the same on both sides of the contact, but that of mu0 H is not.
+    // B is used instead of mu0 H: if the pole of a magnet touches the body, the normal component of
+    // B is the same on both sides of the contact, but that of mu0 H is not.
     if (const auto panels = soft_[i].shape->panels()) {
       applied[i] = applied_field(team_, *panels, {soft_[i].pose, hard, field}, refinement);
       result.push_back(applied[i].fluxes);

@@ -110,9 +110,9 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// Updates the effective susceptibility of the body `now`, if it saturates. The demagnetisation
-// factor of the body follows from the volume means of the applied field and of the magnetisation.
-// Returns false if the susceptibility remains the same within the tolerance.
+// Updates the effective susceptibility of `now` if the body has a saturation. Its demagnetisation
+// factor follows from the volume means of the applied field and of the magnetisation. Returns false
+// if the susceptibility remains the same within the tolerance.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;

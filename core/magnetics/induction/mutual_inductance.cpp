@@ -41,10 +41,10 @@ struct Path {
   Mat3 rotation;
 };
 
-// Adds to `sum` the integrals of the vector potential of `by` and of its norm along the circle of
-// the path at the height z, times the current that the circle represents. The circle is divided
-// into `around` equal arcs, and the potential is evaluated at the middle of each arc. `share` is
-// the length of an arc times this current [A m].
+// Integrates the vector potential of `by`, and its norm, along the circle of the path at the height
+// z. Adds both integrals, times the current that the circle represents, to `sum`. The circle is
+// divided into `around` equal arcs, and the potential is evaluated at the middle of each arc.
+// `share` is the length of an arc times this current [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];

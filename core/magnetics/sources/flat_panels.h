@@ -37,7 +37,7 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 // panels far from the ends of an edge are at most 1.38 times as wide as those in the middle of the
 // shortest edge. This width resolves the charge opposite the edges of a magnet: in a thin body,
 // this charge varies at the scale of the thickness. Very wide bodies have fewer panels than this
-// width requires; their size grows towards the middle.
+// width requires, and the size of their panels grows towards the middle.
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
 // faces, for a magnet near this middle. Closer to the middle than `focus`, panels are nearly equal

@@ -18,7 +18,7 @@ class MultipoleExpansion {
  public:
   // Distance in radii beyond which a Polyhedron uses the expansion.
   static constexpr double near = 4.0;
-  static constexpr int degree = 24;  // scale of the truncation error at `near` radii: 4^-25
+  static constexpr int degree = 24;  // truncation error at `near` radii: of the order of 4^-25
 
   // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions must
   // lie within `radius` [m] of the origin. The net charge counts as zero.

@@ -25,7 +25,7 @@ struct Panel {
   double azimuth = 0.0, turn = 0.0;     // first azimuth and angle covered [rad]
   double height0 = 0.0, height1 = 0.0;  // range of a side along z [m]; a disc is at height0
   Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density
-  double sign = 1.0;                    // sign of the normal of side or disc; bore, lower face: -1
+  double sign = 1.0;                    // sign of a side's or disc's normal (-1: bore, lower face)
   // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. On
   // circles and sides, a positive current flows towards larger azimuth.
   double current = 0.0;

@@ -9,8 +9,8 @@
 namespace loomstone {
 
 // Orders the cloth rows by recursive graph bisection. Sets the materials, pins, scripts, start
-// positions, start velocities, names and looks of cloth. frame_topology() builds the other cloth
-// tables of frames.
+// positions, start velocities, names and looks of cloth. frame_topology() adds the other tables of
+// cloth that frames need.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
 // Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, and the

@@ -11,13 +11,13 @@ namespace loomstone {
 // motion from `state` to the user's targets and poses that is complete at this time. `share` is 1
 // when the targets and poses are reached (see State::target_time).
 
-// Sets the rows of scripted pins in `target` (n x 3) to their positions at `time` [m]. In rows for
-// which the user has set a target, sets instead the position at the fraction `share` of the way
-// from the current position to this target. All other rows are the current positions.
+// Sets the rows of scripted pins in `target` (n x 3) to their positions at `time` [m]. If the user
+// has set a target for a vertex, its row is instead the position at the fraction `share` of the way
+// from the current position to the user's target. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
 // Returns the pose of an obstacle's mesh at `time`, which follows from its keyframes. If the user
-// has set a pose, returns instead the pose at the fraction `share` of the motion from the current
+// has set a pose, it is instead the pose at the fraction `share` of the motion from the current
 // pose to the user's pose, or the user's pose itself if the mesh is currently deformed.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);

@@ -14,13 +14,13 @@
 
 namespace loomstone {
 
-// Account of energy [J]. It begins with the first step, and begins again with the next step after
-// the user has written positions or velocities.
+// Account of energy [J]. It begins with the first step. After the user has written positions or
+// velocities, a new account begins with the next step.
 struct EnergyAccount {
   bool begun = false;
   double start = 0.0;              // energy when the account began, without that of contacts
   double start_of_contacts = 0.0;  // energy of contacts when the account began
-  double scripts = 0.0;            // work done by scripted motion, except through coils
+  double scripts = 0.0;            // work of scripted motion, without that in CircuitState::supply
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events.
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events

@@ -21,8 +21,8 @@ struct FrameTime {
 // step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
-// Sets the energies, their account, the strains and the circuit values of a report for `state` at
-// `time` [s]. Collective with Measuring::Together.
+// Sets the energies, the energy account, the strains and the circuit values of a report for `state`
+// at `time` [s]. Collective with Measuring::Together.
 void measure(const State& state, double time, const Engines& engines, Measuring how,
              StepReport& report);
 

@@ -84,7 +84,8 @@ void get_account(const Checkpoint& c, EnergyAccount& account) {
   account = {a[0] != 0.0, a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]};
 }
 
-// On entry, `cloth` has positions and velocities of the size that the checkpoint must have.
+// Reads the state of cloth. On entry, `cloth` has positions and velocities of the size that the
+// checkpoint must have.
 void get_cloth(const Checkpoint& c, ClothState& cloth) {
   const Points like = cloth.x;
   get(c, "cloth.x", cloth.x, like);
@@ -103,9 +104,9 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
     get(c, "cloth.element_positions", cloth.element_positions);
 }
 
-// Reads into `s` the tables of cloth rows that users can write. `s` is copied to `state` later. A
-// table of zeros gets no rows in `s` if it has none in `state`. Any other table also gets rows in
-// `state`.
+// Reads into `s` the tables of cloth rows that users can write. `s` is copied to `state` later. If
+// the stored table has values other than zero, `state` gets rows for it. If it has only zeros and
+// `state` has no rows for it, `s` has none either.
 void get_user_rows(const Checkpoint& c, State& s, State& state) {
   get(c, "external_force", s.external_force, state.cloth.x);
   get(c, "pin_target", s.pin_target, state.cloth.x);

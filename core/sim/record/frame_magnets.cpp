@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns the least-squares fit of the pose that maps `local` to `world`.
+// Returns the pose that maps `local` to `world` with the least sum of squared deviations.
 RigidPose fitted_pose(const Points& local, const Points& world) {
   const Eigen::Matrix4d fit = Eigen::umeyama(Eigen::Matrix3Xd(local.transpose()),
                                              Eigen::Matrix3Xd(world.transpose()), false);

@@ -19,10 +19,11 @@ namespace {
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, beyond the work of scripts and loads, the
 // energy that contacts lose and the energy that sweeps of strain limiting add, as a fraction of the
-// same scale. Where pins move cloth and no triangle is at its strain limits, gain_tolerance applies
-// instead. The accuracy multiplies this tolerance, too. Our choice: the gain is 0.63 where contacts
-// throw apart two magnets that should stay together, up to 0.07 in harmless parts of a scene with
-// magnets on cloth, and at most 0.003 in 14 other scenes (docs/experiments/energy.md).
+// scale of gain_tolerance. Where pins move cloth and no triangle is at its strain limits,
+// gain_tolerance applies instead. The accuracy multiplies this tolerance, too. Our choice: the gain
+// is 0.63 where contacts throw apart two magnets that should stay together, up to 0.07 in harmless
+// parts of a scene with magnets on cloth, and at most 0.003 in 14 other scenes
+// (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For the gain of everything but contacts, the scale is at least this fraction of the work of
 // scripts in the part. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps

@@ -41,7 +41,7 @@ struct Engines {
   Team team;
   std::vector<double> busy;  // (threads) time of each thread in collision loops of this step [s]
   Team collision_team;       // the threads of `team`; their time is added to `busy`
-  std::unique_ptr<Elasticity> elasticity;  // elements of this rank; all in asynchronous steps
+  std::unique_ptr<Elasticity> elasticity;  // elements of this rank or, in asynchronous steps, all
   // Elements of all ranks; null until this rank first measures alone, and always if `elasticity` is
   // not divided among ranks.
   mutable std::unique_ptr<Elasticity> all_elements;

@@ -132,9 +132,9 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // Moves part of the corrections of a cloth to `at_rest` if all of them would increase its kinetic
-  // energy too much. The kinetic energy may rise to the value at which the whole cloth has the
-  // speed of the fastest vertex that sweeps do not move, because prescribed vertices pull cloth
+  // Moves part of the corrections of a cloth to `at_rest` if they would otherwise increase its
+  // kinetic energy too much. The kinetic energy may rise to the value at which the whole cloth has
+  // the speed of the fastest vertex that sweeps do not move, because prescribed vertices pull cloth
   // along. x1_ and `wanted` are the positions with and without the corrections.
   void keep_kinetic_energy(const Points& wanted, const std::vector<Index>& held) {
     const ClothModel& cloth = *in_.cloth;

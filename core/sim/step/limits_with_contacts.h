@@ -37,7 +37,7 @@ struct ConstrainInputs {
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
   const std::vector<Contact>* repelled = nullptr;
-  std::uint64_t seed = 0;      // seed of the random order of sweeps
+  std::uint64_t seed = 0;      // seed of the random orders within sweeps
   double h = 0.0;              // length of the part [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) [1/kg]; 0 except at free cloth vertices

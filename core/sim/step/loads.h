@@ -14,8 +14,8 @@ namespace loomstone {
 struct Loads {
   Points x0;  // (vertices x 3) collision vertices at the start [m]; empty without cloth
   // v0 (n x 3): velocities of the cloth at the start [m/s]. target (n x 3): positions of prescribed
-  // vertices at the end, and of other cloth vertices at the start [m]. No rows if no vertex is
-  // prescribed.
+  // vertices at the end, and of other cloth vertices at the start [m]. Neither has rows if no
+  // vertex is prescribed.
   Points v0, target;
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
   OwnRows force;  // gravity, drag and user forces at the start, in cloth rows of this rank [N]

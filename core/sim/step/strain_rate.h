@@ -1,5 +1,5 @@
-// Sixth stage: corrects velocities of cloth with strain limits so that, within the length of the
-// part, they change strains by at most LimitOptions::strain_rate. Positions do not change.
+// Sixth stage: if a cloth has strain limits, corrects its velocities so that, within the length of
+// the part, they change strains by at most LimitOptions::strain_rate. Positions do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"

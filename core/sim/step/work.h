@@ -10,7 +10,7 @@ namespace loomstone {
 // certification change them.
 struct Solved {
   // (n x 3) Positions [m] and velocities [m/s] of cloth, copied before a later stage changes them;
-  // no rows: the cloth of the state has not changed since.
+  // no rows: State::cloth still contains them.
   Points x, v;
   // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
   Points body_velocity;
@@ -25,7 +25,7 @@ struct Solved {
 };
 
 struct PartWork {
-  double scripts = 0.0;  // work done by scripted motion, except through coils [J]
+  double scripts = 0.0;  // work of scripted motion, without that in CircuitState::supply [J]
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events [J]
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events [J]
