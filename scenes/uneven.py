@@ -2,8 +2,8 @@
 
 Triangles are smallest at the tip, where the hat is most curved. The largest one has 190 times the
 area of the smallest one. With asynchronous steps, only small triangles take small steps. Example
-4.2 of [Thomaszewski2010] (figure 4.7) has a different shape, with as many triangles of similar
-areas.
+4.2 of [Thomaszewski2010] (figure 4.7) has a different shape, but the same number of triangles, with
+similar areas.
 """
 
 from typing import NamedTuple
@@ -138,7 +138,7 @@ def scene(
 
 
 def apart(shape: Floats, other: Floats) -> float:
-    """Returns the RMS distance [m] between the vertices of two shapes (n x 3), best aligned."""
+    """Returns the RMS distance [m] between the vertices of two shapes (n x 3) after alignment."""
     a, b = shape - shape.mean(axis=0), other - other.mean(axis=0)
     u, _, v = np.linalg.svd(a.T @ b)
     u[:, -1] *= np.sign(np.linalg.det(u @ v))

@@ -1,7 +1,7 @@
 """A square cloth falls over a thin wave-shaped bar and then on the floor below it.
 
 At first, only the crests of the bar hold the cloth. The cloth folds on both sides while it sinks
-towards the troughs. Its edges reach the floor, and parts of it come to lie there. This is example
+towards the troughs. Its edges reach the floor, and parts of the cloth rest there. This is example
 5.2 of [Thomaszewski2010], with 28,800 triangles and 1,000 steps of 1 ms. The dimensions of the bar
 and the material are our choice.
 

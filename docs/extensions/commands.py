@@ -12,7 +12,7 @@ from typer.main import get_command
 
 
 def helps(command: Any, words: str) -> Iterator[tuple[str, str]]:
-    """Yields the name of a command with its help text, then the same for its subcommands."""
+    """Yields the name and the help text of a command, then those of each of its subcommands."""
     width = {"terminal_width": 80, "max_content_width": 80}
     with command.make_context(words, [], resilient_parsing=True, **width) as context:
         yield words, command.get_help(context)

@@ -55,7 +55,7 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """Returns the integrator of the method `name`; fields that `options` also has are copied."""
+    """Returns the integrator of the method `name`; copies the fields that `options` also has."""
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
     return _made(METHODS[name], options.to_dict())

@@ -56,9 +56,9 @@ class Simulation(_core.Simulation):
     decomposition : how the search for collisions is divided among ranks and threads. "predicted":
         every rank keeps a part of the neighbour lists over several steps and tests their pairs. The
         costs of the lists in earlier steps determine the parts. "static" and "dynamic": every step
-        traverses the bounding-volume hierarchies of the partitions of all ranks. "static" deals the
-        pairs of partitions out evenly. With "dynamic", idle ranks take work from busy ones. Results
-        do not depend on the decomposition.
+        traverses the bounding-volume hierarchies of the partitions of all ranks. "static"
+        distributes the pairs of partitions evenly. With "dynamic", idle ranks take work from busy
+        ones. Results do not depend on the decomposition.
 
     Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if the scene can
     be simulated but looks like a mistake, for example if bodies overlap at the start. `positions`,

@@ -5,7 +5,7 @@ alone enforces the strain limits (thesis: 2.92 s per frame without the active se
 
 The scene's own limits need about one sweep per step, so --limits replaces them along weft and warp.
 Each run takes 21 steps from a state at 0.15 s. The time of limiting in a step is the least wall
-time over several runs. The last column tells whether the end states with and without the active set
+time over several runs. The last column shows whether the end states with and without the active set
 are bitwise identical.
 """
 

@@ -164,7 +164,7 @@ def sleeve(
 def wrung() -> ls.Scene:
     """A sleeve with strain limits of 5 % (shear: 10 %) whose lower rim turns by 360 degrees in 1 s.
 
-    The rims approach each other by 0.08 m meanwhile.
+    Meanwhile, the rims approach each other by 0.08 m.
     """
     mesh = tube(0.08, 0.08, 0.3, (40, 29))
     places = np.asarray(mesh.vertices)
@@ -222,9 +222,9 @@ def heap(towels: int) -> ls.Scene:
 
 
 def torn(limit: float) -> ls.Scene:
-    """A sheet above a static ball. The strain limit of weft and warp is `limit` [1], that of shear
-    0.1. Pins at two corners move away from those at the other two at 2 m/s, and a heavy ball falls
-    on the sheet.
+    """A sheet above a static ball. Strain is limited to `limit` [1] along weft and warp, and to 0.1
+    in shear. Pins at two corners move away from those at the other two at 2 m/s, and a heavy ball
+    falls on the sheet.
     """
     flat = ls.grid(size=(0.15, 0.15), cells=(8, 8))
     places = 0.075 * np.array([(-1, -1, 0), (1, -1, 0), (-1, 1, 0), (1, 1, 0)])

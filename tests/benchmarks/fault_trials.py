@@ -1,6 +1,6 @@
 """Trials of faults, for faults.py and the tests: kills, full disks, damaged files and threads.
 
-A trial of the first three kinds depends on a seed. It returns how it went, and raises an
+A trial of the first three kinds depends on a seed. It returns its outcome in words, and raises an
 AssertionError if a guarantee is broken.
 """
 
@@ -267,7 +267,7 @@ def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator
 
 def together(make: Callable[[int], ls.Simulation], steps: int) -> tuple[list[str], list[str]]:
     """Runs two simulations one after the other, then the same two concurrently in two threads.
-    Returns two lists: the digests of the former runs, and those of the latter.
+    Returns two lists: the digests of the first two runs, and those of the concurrent ones.
     """
 
     def advanced(which: int) -> str:

@@ -12,8 +12,8 @@ engine, in one run on one thread.
 - frames/s: frames of 40 ms
 - gain: time of the sum over all pairs of leaves (smallest cells) divided by that of the sum over
   fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]);
-  timed only for magnets with cells, if there are at least two, with bodies at their initial
-  positions but not rotated, and obstacles without their scripted poses
+  timed only for magnets with cells, if there are at least two. For this, bodies are moved to their
+  initial positions but not rotated, and obstacles are not moved to their scripted poses.
 
 Times are processor times in milliseconds. The time of an evaluation is the minimum of repeats,
 averaged over about ten instants of the run. The time of a step is the mean over the run.
@@ -56,7 +56,7 @@ def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
     """Returns the scene with dipole cells for hard magnets, and induced dipoles (degree 1) for soft
     spheres.
 
-    The cells have the given density. Bodies with the explicit response get such cells, too.
+    The cells have the given density, which also replaces that of bodies with explicit response.
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:

@@ -9,8 +9,8 @@ of motion. The columns "fewer" and "less" give the updates and the time of sympl
 by those of the row. Asynchronous steps and the step of symplectic Euler are the same share of their
 limits of stability. With the default rigidity, bending limits the steps at the tip; with `--bending
 1e-5 --damping 0`, the membrane does. In the last table, the hat falls on the floor. The table lists
-the processor time of stepping and of collision handling per second of motion. Stepping of
-asynchronous schedules includes the contacts at events.
+the processor time of stepping and of collision handling per second of motion. For asynchronous
+steps, stepping includes the contacts at events.
 """
 
 import argparse
@@ -33,8 +33,8 @@ def opened(options: argparse.Namespace, fine: float) -> ls.Scene:
 
 
 def reference_step(scene: ls.Scene) -> float:
-    """Returns the step [s] of symplectic Euler that is the same share of its limit of stability as
-    the steps of Asynchronous are of theirs.
+    """Returns the step [s] of symplectic Euler that is SHARE times its limit of stability, like the
+    steps of Asynchronous.
     """
     sim = ls.Simulation(scene, integrator=ls.SymplecticEuler(step="auto"), threads=1)
     sim.step()

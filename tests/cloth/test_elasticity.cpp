@@ -63,8 +63,8 @@ Values values(Elasticity& elasticity, const Points& x, const Points* v) {
   return found;
 }
 
-// Compares one Elasticity, which is evaluated repeatedly with and without a limit phase, with a new
-// one for each evaluation.
+// Evaluates one Elasticity repeatedly, with and without a limit phase. Compares each result with
+// that of a new Elasticity.
 void check_repeated(const ClothModel& model, BendingTreatment treatment,
                     const std::vector<Points>& positions, const Points& v) {
   const auto phase_at = [&](Elasticity& elasticity, const Points& x) {

@@ -128,7 +128,8 @@ TEST_CASE("ranks find all contacts of vertices that have moved since the last ce
 
 TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
   const TestScene scene = sheets_on_table(40);
-  std::vector<int> steps(3, 0);  // number of steps 20 to 39 with two collective operations, by rank
+  // For each rank, how many of the steps 20 to 39 take two collective operations.
+  std::vector<int> steps(3, 0);
   on_ranks(3, [&](const auto& ranks) {
     CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
     FreeBodies none;

@@ -275,7 +275,7 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     Membrane limited = limited_membrane(run);
     Membrane free(3, run.model.triangles, run.model.corners.all(), run.model.constants);
     CHECK(force_at(limited, x) == force_at(free, x));
-    // Random motions within the limits of the edges do not stretch the triangle more.
+    // Random positions within the limits of the edges do not stretch the triangle beyond the bound.
     std::mt19937 random(7);
     std::uniform_real_distribution<double> place(-0.1, 0.1);
     int n_allowed = 0;

@@ -1,5 +1,5 @@
-// Helpers for the tests of simulations: mesh pointers, step options, and equality of checkpoints,
-// apart from their texts.
+// Helpers for the tests of simulations: mesh pointers, step options, and a comparison of
+// checkpoints that ignores their texts.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-"""The message for a claim of a scene file that does not hold. Claims are assertions."""
+"""The message for a failed claim of a scene file. Claims are assertions."""
 
 from __future__ import annotations
 

@@ -195,7 +195,7 @@ def _told(what: str, paths: list[Path]) -> str:
     return f"{what}: {paths[0] if len(paths) == 1 else f'{paths[0].parent} ({len(paths)})'}"
 
 
-# Fields of RenderOptions whose values are those of the options of the same names.
+# Fields of RenderOptions that are set by command-line options of the same names.
 _FIELDS = (
     *("width", "height", "color_by", "color_map", "color_low", "color_high", "pattern"),
     *("wireframe", "field_lines", "background"),

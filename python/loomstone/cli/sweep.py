@@ -112,7 +112,7 @@ def _follow(
 ) -> list[tuple[Point, int]]:
     """Prints a line for each run that ends, and updates the table.
 
-    Returns the points of the runs that failed, with their exit codes.
+    Returns the point (combination of parameters) and the exit code of each run that failed.
 
     If `ends` raises Interrupted, raises typer.Exit with 128 plus the number of the signal.
     """

@@ -224,8 +224,8 @@ class _Document:
 def _split(surface: Surface, motion: Motion, points: Floats) -> tuple[Indices, Indices, Floats]:
     """Repeats vertices whose corners differ in uv or, if the surface is rigid, in normals.
 
-    Returns, for the mesh with the repeated vertices, the index of the surface's vertex at each
-    vertex (k), the triangles (m x 3), and the normals at the vertices (k x 3).
+    Returns three arrays: for each vertex of the resulting mesh, the index of the surface's vertex
+    that it repeats (k); the triangles (m x 3); and the normals at the vertices (k x 3).
     """
     corner_vertex = surface.triangles.reshape(-1)
     keys = corner_vertex[:, None]

@@ -87,8 +87,8 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> None:
-    """Removes the files of an earlier export: a name and a suffix, possibly with a number between
-    them, such as "dress.obj" and "dress-00012.obj" for the name "dress" and the suffix ".obj".
+    """Removes the files of an earlier export. File names consist of a name and a suffix, possibly
+    with a number between them: "dress.obj" and "dress-00012.obj" for "dress" and ".obj".
     """
     wanted = re.compile(
         rf"({'|'.join(map(re.escape, names))})(-\d+)?({'|'.join(map(re.escape, suffixes))})"

@@ -57,7 +57,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 def serve() -> None:
     """Reads a USD file in the separate process.
 
-    The last argument of the process is a JSON list: the path of this file, the path to show in
+    The last argument of the process is a JSON list: the path of the USD file, the path to show in
     errors, the arguments `rate` and `moving` of read_usd(), and the path of the .npz file to which
     serve() writes the parts and the times of their frames, or the error.
     """

@@ -67,7 +67,7 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 
 
 def _visible(stage: Any) -> Any:
-    """Yields all prims that are not invisible, guides or proxies, also the prims in instances."""
+    """Yields all prims, also those in instances, except invisible ones, guides and proxies."""
     usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
     hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
     for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
@@ -81,7 +81,7 @@ def _visible(stage: Any) -> Any:
 
 
 def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
-    """Checks skins, and replaces them by moving points in a layer that is not saved.
+    """Checks skins, and replaces them by animated points in a layer that is not saved.
 
     codes : ascending time codes; the first and the last bound the range that is replaced
     """

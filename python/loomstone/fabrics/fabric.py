@@ -115,7 +115,7 @@ class Fabric(ClothMaterial):
 
     @property
     def strain_limit(self) -> StrainLimit | None:
-        """StrainLimit for a Cloth, without limits of compression; None if no limit is known."""
+        """StrainLimit for a Cloth, without limits on compression; None if no limit is known."""
         return StrainLimit(*self.limits) if any(map(isfinite, self.limits)) else None
 
     @property

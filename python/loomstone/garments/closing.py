@@ -139,8 +139,8 @@ def _pulled(
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
-    # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable. At
-    # one of the two vertices n springs meet, at the other no more than n.
+    # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable.
+    # n is the number of springs at one of the two vertices: that at which more springs meet.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

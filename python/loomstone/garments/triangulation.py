@@ -128,7 +128,7 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
 
 
 def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
-    """Returns which points are so far from sharp corners that each corner keeps one triangle.
+    """Returns which points are so far from sharp corners that each such corner has one triangle.
 
     Two triangles at a corner would each have only about half of its angle.
     """

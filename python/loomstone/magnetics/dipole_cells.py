@@ -58,7 +58,7 @@ def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells that act on `other`.
 
     These are the coarsest cells of `body` that are far enough from `other` for their size, and
-    leaves elsewhere. Both bodies must be made by cells().
+    leaves where no cell is far enough. Both bodies must be made by cells().
     """
     return _core.magnetic_cell_front(body, other)
 

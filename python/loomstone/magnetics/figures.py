@@ -213,7 +213,7 @@ def plot_curve(
     """Plots force against distance or torque against angle.
 
     Components that stay below 1e-3 of the largest one are omitted. Returns the path of the picture.
-    Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
+    Raises InvalidInput for any other kind, CacheError if the picture cannot be written, and
     Unsupported without matplotlib.
     """
     if kind not in ("force", "torque"):

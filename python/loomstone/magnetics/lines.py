@@ -17,8 +17,8 @@ from .sources import Bodies, as_list, box_of
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves", "frame_lines"]
 
 Floats = NDArray[np.float64]
-# Flux density below which pictures show no field lines [T], 1/200 of that at a distance of 10 cm
-# from a straight wire with a current of 1 A.
+# Flux density below which pictures show no field lines [T]. A straight wire with a current of 1 A
+# has 200 times this flux density at a distance of 10 cm.
 WEAK = 1e-8
 
 

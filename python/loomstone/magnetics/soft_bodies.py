@@ -68,8 +68,9 @@ def soft_cuboid(
     shortest edge, the relative error of force and torque is below 1e-3 with 16 cells and 1e-4 with
     24. The median errors are 1e-5 with 16 cells and 4e-6 with 24, and `force` estimates the error
     of each result. Between flat cuboids that magnetise each other, the error with 16 cells reaches
-    2.2e-3 at a gap of a tenth of the shortest edge; from three tenths on it is below 1e-3. If edges
-    have larger ratios, panels grow towards the middle, and a magnet there requires a focus.
+    2.2e-3 at a gap of 0.1 times the shortest edge, and is below 1e-3 at gaps of at least 0.3 times
+    it. If edges have larger ratios, panels grow towards the middle, and a magnet there requires a
+    focus.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
@@ -170,9 +171,9 @@ def induce(
     """Magnetises bodies by magnets and currents, by a uniform field and by one another.
 
     by: magnets and currents. field (3): uniform flux density [T]. tolerance [1]: relative residual
-    of the linear system. For spheres with degree 0, the degree is chosen so that the relative error
-    of the force that it causes is about `tolerance`, too. The returned bodies have fields and
-    forces like magnets. A uniform field exerts the additional torque moment x B on them. The axes
+    of the linear system. For spheres with degree 0, the degree is chosen so that it causes a
+    relative error of about `tolerance` in the force. The returned bodies have fields and forces
+    like magnets. A uniform field exerts the additional torque moment x B on them. The axes
     of returned spheres may differ from those given. Inside bodies with panels, the function `field`
     returns only the contribution mu0 H of their charge to B.
 

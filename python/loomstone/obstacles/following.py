@@ -38,8 +38,8 @@ def follow(mesh: TriangleMesh, frames: ArrayLike, points: ArrayLike) -> Floats:
     Each point moves rigidly with the 32 triangles (or all, if there are fewer) whose centres are
     nearest to it: by the displacement and rotation that fit their motion best. The weight of a
     triangle is its area times a factor that decreases with its distance, almost to 0. If the mesh
-    moves rigidly, distances between points are kept. If it deforms, points keep their distance from
-    the surface up to the deformation of the patch.
+    moves rigidly, distances between points are kept. If it deforms, the distance of a point from
+    the surface changes at most by about the deformation of the patch.
 
     Raises InvalidInput if an array has another shape or contains values that are not finite.
 

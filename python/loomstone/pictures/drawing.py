@@ -51,8 +51,8 @@ def render_run(
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of the frames to draw, even if they have pictures; None: those without. With
-        indices, `out` defaults to the run's directory, and must not have pictures of a whole run.
+    frames : indices of frames to draw or redraw; None: all frames without pictures. With indices,
+        `out` defaults to the run's directory, and must not have pictures of a whole run.
     jobs : number of processes, 0: one per processor
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
@@ -98,10 +98,10 @@ def render_run(
 
 
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
-    """Returns the options. A camera with `fit` is fitted to the frames that are drawn.
+    """Returns the options. A camera with `fit` is replaced by one that shows all drawn frames.
 
-    For single frames, the camera is that of the pictures in the run's directory `frames`, if these
-    have the same options.
+    For single frames, it is replaced by the camera of the pictures in the run's directory `frames`
+    if these have equal options.
     """
     if not is_fitted(options):
         return options
@@ -117,7 +117,7 @@ def _claim_all(
     """Reserves a directory for the pictures of a whole run.
 
     Existing pictures are deleted if `again` is True, or if the range of automatic colours or the
-    fitted camera differs from theirs.
+    fitted camera differs from that in options.json.
     """
     note = claim(directory, options, run.metadata_text, again=again, advice=_ADVICE)
     if any(note.get(name) != value for name, value in found.items()):

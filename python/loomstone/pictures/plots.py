@@ -22,7 +22,8 @@ KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "ste
 # Stages that take at most this fraction of the wall time are left out of the plot.
 LEAST_SHARE = 1e-3
 
-# Energies up to this fraction of the largest count as rounding errors and are left out. Our choice.
+# Energies of at most this fraction of the largest one are left out, because they are considered
+# rounding errors. The value is our choice.
 ROUNDING = 1e-12
 
 # A scene counts as hardly moving if its largest kinetic energy is less than this fraction of the

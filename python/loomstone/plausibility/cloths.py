@@ -163,7 +163,7 @@ def _areas(cloth: Cloth) -> str:
 
 
 def _texture(mesh: TriangleMesh) -> str:
-    """Returns a sentence if uv fill the unit square, but lengths of the mesh differ, else ""."""
+    """Returns a sentence if uv fill the unit square, but the mesh has other lengths, else ""."""
     uv = np.asarray(mesh.uv)
     if max(np.abs(uv.min(axis=0)).max(), np.abs(uv.max(axis=0) - 1.0).max()) > SQUARE:
         return ""

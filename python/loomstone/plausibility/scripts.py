@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 # well take half a minute.
 FRAMES = 24.0
 FRAMES_OF_TWO = 100.0
-# Half a turn (the largest rotation between two keyframes) and a full turn [rad], each with room
+# Half a turn (the largest rotation between two keyframes) and a full turn [rad], each with a margin
 # for rounding.
 HALF_TURN = np.pi * (1.0 + 1e-6)
 FULL_TURN = 2.0 * HALF_TURN

@@ -70,8 +70,8 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
     """Returns the pairs of overlapping surfaces in which at least one surface moves freely.
 
-    Two surfaces overlap if they intersect both as they are and shrunk by SHRINKAGE, or if a closed
-    one contains the other.
+    Two surfaces overlap if they intersect both at full size and after shrinking by SHRINKAGE, or if
+    a closed one contains the other.
     """
     if not any(surface.free for surface in surfaces):
         return []

@@ -18,7 +18,7 @@ LONGEST_WAIT = 10.0
 class Interrupted(KeyboardInterrupt):
     """Raised when a signal ends the run, which can then be resumed.
 
-    It is not derived from Exception, so a program that catches Exception and continues ends anyway.
+    It is not derived from Exception, so `except Exception` does not catch it.
 
     signal : number of the signal
     """

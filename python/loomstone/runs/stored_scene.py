@@ -95,7 +95,7 @@ def read_scene(directory: Path) -> Scene:
 
 
 def _encoded(value: Any, arrays: Arrays) -> Any:
-    """Returns the JSON form of a value. Puts its arrays into `arrays`; their names replace them."""
+    """Returns a value as JSON, with arrays replaced by names. Adds the arrays to `arrays`."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray):

@@ -147,7 +147,7 @@ class Writer(NoWriter):
             write_checkpoint(self._directory, step, state)
 
     def _draws(self) -> bool:
-        """Returns whether pictures are requested and their directory still has the same options."""
+        """Returns whether pictures are requested and their directory has the requested options."""
         return (
             self._options.render is not None
             and drawn_with(self._directory / "frames") == self._options.render
@@ -225,7 +225,10 @@ def open_writer(
 
 
 def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
-    """Checks that a run can be continued. With pictures, returns its first frame, if it is kept."""
+    """Checks that a run can be continued.
+
+    If pictures are drawn and frames are kept, returns the first frame of the run.
+    """
     _check_rate(directory, options.rate)
     if not options.render:
         return None

@@ -60,7 +60,7 @@ def live(
     """Serves a page with a running simulation, and returns at once.
 
     On the page, the left mouse button pulls cloth, rigid bodies and obstacles. Cloth and rigid
-    bodies are pulled by a force, and collisions and strain limits act as always. Obstacles follow
+    bodies are pulled by a force, and collisions and strain limits remain active. Obstacles follow
     the mouse, except floors and obstacles that deform. Simulated time keeps up with real time if
     the machine is fast enough.
 

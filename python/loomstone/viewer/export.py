@@ -32,7 +32,7 @@ def write_html(
     limits : values at the two ends of the colour scale [1]
     every : only every n-th frame is stored
 
-    Raises InvalidInput for another `color_by` or if `every` < 1, CacheError if the run has no
+    Raises InvalidInput for an unknown `color_by` or if `every` < 1, CacheError if the run has no
     frames or the page cannot be written, and Unsupported if viser is not installed.
     """
     source = run if isinstance(run, Run) else Run(run)

@@ -38,7 +38,7 @@ class Live:
     paused : whether the simulation waits for the user to start it
 
     Attributes: page (Page). Dragging a cloth, a rigid body or an obstacle with the left mouse
-    button pulls it, except floors and obstacles that deform.
+    button pulls it. Floors and obstacles that deform cannot be pulled.
     """
 
     def __init__(

@@ -52,7 +52,7 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
   BlockMatrix d = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {0.0, 1.0}}, 0, n, d);
-  // Minus the viscous force.
+  // The viscous force with the opposite sign.
   const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
   // The force is linear in v, so both sides agree to rounding.
@@ -181,7 +181,8 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
       else if (base.uv()(i, 0) < 0.1499)
         CHECK(force.row(i).norm() < 1e-12);  // no force inside the sheet or on the long sides
     }
-    const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d, with the stress S and F = U
+    // Width times F S d, with the stress S and the deformation gradient F = U.
+    const Vec2 traction = 0.1 * (u * (p * d));
     CHECK((pull - traction).norm() < 1e-12);
     // Along weft and warp, the moduli are those of the material.
     if (degrees == 0.0) CHECK(e(0, 0) == Approx(p / material.weft_stiffness).epsilon(1e-12));

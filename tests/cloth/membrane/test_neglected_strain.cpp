@@ -72,8 +72,8 @@ TEST_CASE("the neglected strain is 1/2 dF^T dF, for each range of triangles by i
       largest = std::max(largest, largest_eigenvalue(strain));
       energy += 0.5 * area[t] * contraction(stress(constants, strain), strain);
     }
-    // The differences of Green strains of order 1 are rounded to 1e-15, and 1/2 dF^T dF is of order
-    // 0.1.
+    // 1/2 dF^T dF, of order 0.1, is computed as a difference of Green strains of order 1, whose
+    // rounding errors are about 1e-15.
     CHECK(found.strain == Approx(largest).epsilon(1e-12));
     CHECK(found.energy == Approx(energy).epsilon(1e-12));
     CHECK(moved.strain == Approx(largest).epsilon(1e-12));

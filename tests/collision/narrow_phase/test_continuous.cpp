@@ -67,7 +67,7 @@ TEST_CASE(
     }
     if (impact.hit) {
       ++hits;
-      // Between samples, the distance differs from that of the nearest sample by at most the
+      // Between samples, the distance differs from its value at the nearest sample by at most the
       // relative motion in half an interval.
       false_hits += smallest > floor * 1.01 + 6.0 * 1.5 / 800.0;
     } else {

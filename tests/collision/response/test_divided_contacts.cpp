@@ -88,7 +88,7 @@ Results results(const TestScene& scene, const std::shared_ptr<const Communicator
     for (const BinnedSum& energy : energies) all.numbers.push_back(energy.value());
     all.add(stage.all_contacts(Team{}, x, {}));
     all.add(stage.totals());
-    all.add(stage.all_contacts(Team{}, x1, {}));  // contacts at x1, not of the last search
+    all.add(stage.all_contacts(Team{}, x1, {}));  // contacts at x1 instead of x
     x = x1;
   }
   return all;

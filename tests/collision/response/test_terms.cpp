@@ -163,7 +163,7 @@ TEST_CASE("contact forces are minus the gradient of the contact energies for fix
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // The energy is less smooth where a contact begins or ends, but none does so within 1e-9 m here.
+  // The energy is less smooth where a contact begins or ends. Within 1e-9 m of x, no contact does.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);

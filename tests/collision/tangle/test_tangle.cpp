@@ -207,8 +207,8 @@ TEST_CASE("surfaces retract without changing momentum and angular momentum") {
   CHECK(size > 1.0);
   CHECK(force.norm() < 1e-13 * size);
   CHECK(torque.norm() < 1e-13 * size);  // rounding of torques with lever arms of 0.1 m
-  // At each point where an edge of the retracting sheet pierces the other sheet, the two separate
-  // in the direction of the retraction.
+  // At each point where an edge of the retracting sheet pierces the other sheet, this edge moves
+  // away from the other sheet in the direction of the retraction.
   const Retraction& retraction = tangle.retractions[0];
   for (const Piercing& p : tangle.piercings) {
     if (!std::binary_search(retraction.inner.begin(), retraction.inner.end(), p.vertices[0]))

@@ -44,8 +44,8 @@ USES = {
 }
 
 # Folders (rooms) of a module, lowest first. A file includes files of its module only from its own
-# folder and from lower folders. Files at the top of the module may include any. Folders in one set
-# do not include each other.
+# folder and from lower folders. Files at the top of the module may include all files of the module.
+# Folders in one set do not include each other.
 ROOMS = {
     "core/cloth": [{"material"}, {"membrane", "bending"}, {"limits"}],
     "core/collision": [

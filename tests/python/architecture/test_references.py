@@ -1,4 +1,4 @@
-"""Works, equations, links, pictures and files that comments and documents cite exist. Web
+"""Comments and documents cite only works, equations, links, pictures and files that exist. Web
 addresses are not checked.
 """
 

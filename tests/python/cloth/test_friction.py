@@ -70,8 +70,8 @@ def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
 
 def capstan(ratio, step=2e-3):
     """Wraps a strip half-way round a cylinder. The first end is pulled with 0.2 N, the second with
-    `ratio` times as much. Returns how far the strip slides towards the second end from 0.3 to
-    0.6 s [m].
+    `ratio` times as much. Returns how far [m] the strip slides towards the second end from 0.3 to
+    0.6 s.
     """
     radius, width, leg = 0.05, 0.02, 0.06
     r = radius + GAP

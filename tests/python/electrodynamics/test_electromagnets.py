@@ -374,7 +374,7 @@ def test_a_picture_has_no_field_lines_before_the_current_begins():
 
 
 def horseshoe(width: float) -> ls.TriangleMesh:
-    """A U-shape in the xz-plane, three squares of side `width` wide and high, and one thick."""
+    """A U-shape in the xz-plane, of thickness `width`. It is three times as wide and as high."""
     outline = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
     side = np.array([(0, 5, 6), (0, 6, 7), (0, 1, 5), (1, 4, 5), (1, 2, 4), (2, 3, 4)])
     vertices = width * np.array([(x, y, z) for y in (-0.5, 0.5) for x, z in outline])

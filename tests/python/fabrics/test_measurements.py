@@ -55,7 +55,7 @@ def test_the_specimen_is_a_disc_with_a_ring_of_vertices_on_the_edge_of_the_clamp
 
 def test_a_shadow_is_the_area_of_the_union_seen_from_above():
     flat = ls.grid(size=(0.2, 0.1), cells=(8, 4))
-    # The error of the area is that of one row of pixels along the edge.
+    # The error is smaller than the area of one row of pixels along the edge.
     assert shadow_area(flat.vertices, flat.triangles) == pytest.approx(0.02, rel=5e-3)
     folded = flat.vertices * [1, 1, 0] + [0, 0, 0]
     folded[:, 0] = np.abs(folded[:, 0])  # folded in half

@@ -1,4 +1,4 @@
-"""Wrong or implausible input of magnetics is named in one sentence."""
+"""Wrong or implausible input for magnetics is reported in one sentence."""
 
 import loomstone as ls
 import numpy as np

@@ -13,8 +13,8 @@ TOLERANCES = [1e-4, 1e-8]
 
 
 def error(found, force, torque, radius):
-    """Larger of the errors of force and torque / radius, relative to the larger magnitude of the
-    expected force and torque / radius.
+    """Returns the larger of the errors of the force and of torque / radius, divided by the larger
+    of the expected force and torque / radius.
     """
     size = max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
     return (

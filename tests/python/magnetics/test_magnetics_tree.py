@@ -41,7 +41,7 @@ def off(found, expected):
 
 # Largest allowed error, as a multiple of the tolerance. The treecode estimates its root mean square
 # error from a sample of 128 observers. The estimate is wrong by a few tenths of its value, and by
-# more if a few observers have much larger errors than the others (a dipole near another).
+# more if a few observers have much larger errors than the rest (for example, close to a dipole).
 SAMPLED = 2.0
 
 

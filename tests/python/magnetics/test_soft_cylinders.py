@@ -46,7 +46,7 @@ def conductor(radius, inner, height, axis, segments=80):
     nodes, weights = np.polynomial.legendre.leggauss(16)
     s, w = 0.5 * (1 + nodes), 0.5 * weights
     # The quadrature nodes of a segment are graded quadratically towards its middle. There, the
-    # integrand of the potential of its own charge has a logarithmic singularity.
+    # integrand of the potential of the segment's own charge has a logarithmic singularity.
     places = np.concatenate([0.5 - 0.5 * s**2, 0.5 + 0.5 * s**2])
     shares = np.concatenate([s * w, s * w])
     matrix = np.zeros((len(middle), len(middle)))

@@ -46,7 +46,7 @@ def test_a_texture_in_a_file_lies_on_the_cloth_by_its_uv(tmp_path):
 
 
 def seen_on_floor(floor, x, y):
-    """Returns the strongest channel (0 to 2) of a floor at each point (x, y, 0) [m], from above."""
+    """Returns the strongest channel (0 to 2) at points (x, y, 0) [m] of a floor seen from above."""
     cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(4, 4)).moved((0, 0, 0.1)))
     sim = ls.Simulation(ls.Scene(cloths=[cloth], obstacles=[floor]), threads=1)
     above = SMALL.camera.replace(eye=(0.6, 0, 1), target=(0.6, 0, 0))

@@ -48,7 +48,7 @@ def test_a_force_changes_momentum_by_force_times_time(name):
     for _ in range(20):
         sim.step()
     velocity = np.array(sim.state.body_velocities)[0]
-    # The sum of 20 increments has a relative error of a few roundings.
+    # The tolerance covers rounding in a sum of 20 increments.
     assert np.allclose(MASS * velocity, FORCE * sim.time, rtol=1e-12)
     inertia = MASS * 0.1**2 / 6.0  # of a cube, the same about every axis
     turning = np.array(sim.state.body_angular_velocities)[0]

@@ -239,8 +239,8 @@ TEST_CASE("the account has the work against friction at events, which is none wh
   for (int i = 0; i < 40; ++i) sticks.step();
   const double before = sticks.report().account.friction;
   for (int i = 0; i < 40; ++i) sticks.step();
-  // If the kicks of gravity and internal forces counted as motion, the work would increase by more
-  // than this bound.
+  // If the kicks of gravity and internal forces counted as motion, the work of friction would
+  // change by more than this bound.
   CAPTURE(before, sticks.report().account.friction);
   CHECK(std::abs(sticks.report().account.friction - before) < 1e-9);
 }
