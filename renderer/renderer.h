@@ -36,11 +36,11 @@ class Renderer {
   // pictures do not depend on the frames that were drawn before. If fit() is not called, the first
   // rendered frame is used.
   void fit(const Frame& first);
-  // Returns value_range() (see scalar_field.h) for each row of color_by in a frame; 0 to 0 for
-  // "cloth".
+  // Returns value_range() (see scalar_field.h) in a frame for each field that color_by names (one
+  // for each row of the picture); 0 to 0 for "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // Returns color_range() (see scalar_field.h) for each row of color_by in a frame; 0 to 0 for
-  // "cloth". `values` has the same meaning as in render().
+  // Returns color_range() (see scalar_field.h) in a frame for each field that color_by names (one
+  // for each row of the picture); 0 to 0 for "cloth". `values` has the same meaning as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
   // Draws a frame. For each row of color_by, `values` contains the range of values that determines

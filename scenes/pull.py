@@ -3,8 +3,8 @@ and the plate comes down to it.
 
 The weight lifts off when the pull across the gap equals the force of gravity on it, snaps to the
 plate and rises with it. Red is north and blue is south. `python scenes/pull.py` compares flux
-densities and pulls of four magnets with a dealer's catalogue. It then prints the pull of the
-scene's magnet at ten gaps: on the plate, and on a plane of ideal iron. `python scenes/pull.py FILE`
+densities and pulls of four magnets with a dealer's catalogue. It then prints, for ten gaps, the
+pull of the scene's magnet on the plate and on a plane of ideal iron. `python scenes/pull.py FILE`
 also plots the pull on the plate.
 """
 

@@ -113,7 +113,7 @@ struct CollisionStage::Data {
   std::int64_t known_update = -1;  // -1: no contacts are known
   Points known_x;
   KnownStrengths strengths;                   // strengths of the contacts in `known`
-  ContactSet returned;                        // last returned contacts that are not `known` itself
+  ContactSet returned;                        // the last result that was not `known` itself
   const ContactTotals* totals = nullptr;      // totals of the contacts returned last
   std::optional<ContactSelection> selection;  // contacts that this rank keeps; nullopt: all
   mutable GatherRoom anchor_room;

@@ -218,7 +218,7 @@ class Simulation(_core.Simulation):
         super().restore(checkpoint)
 
     def digest(self) -> str:
-        """Returns a hash of the state, by which states can be compared bit by bit.
+        """Returns a hash of the state. States with equal hashes are equal bit by bit.
 
         All ranks must call this method, and get the same hash.
 

@@ -34,7 +34,8 @@ Scene drape(double scale) {
 }  // namespace
 
 TEST_CASE("a scene has no length of its own: scaled by powers of two it gives the same bits") {
-  // Scaling by powers of four scales times and velocities by powers of two, so rounding is equal.
+  // If lengths are multiplied by powers of four, times and velocities are multiplied by powers of
+  // two, so all rounding errors scale with them.
   const auto end_of = [](double scale) {
     Simulation sim(drape(scale), step_of(4e-3 * std::sqrt(scale)), 1);
     std::int64_t impacts = 0, contacts = 0;

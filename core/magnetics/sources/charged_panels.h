@@ -63,8 +63,9 @@ class ChargedPanels final : public Source {
   // `charges` contains mu0 sigma on each panel [T]. `solid` is the body that the panels enclose, or
   // null.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
-  // Additional charge that varies within panels. It is given at the samples of the set, and also on
-  // parts of panels. Each part has its own samples.
+  // Additional charge that varies within panels. On panels that are not divided, it is given at the
+  // samples of the set. On divided panels, it is given on their parts, which have samples of their
+  // own.
   struct Fine {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;

@@ -12,7 +12,7 @@ __all__ = ["FramesOfRun", "check_frames"]
 
 
 class FramesOfRun(Protocol):
-    """The interface of a run that drawing uses; loomstone.Run implements it."""
+    """What drawing needs of a run; loomstone.Run implements this interface."""
 
     directory: Path
 
