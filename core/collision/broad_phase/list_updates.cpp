@@ -141,8 +141,9 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether lists are widened and too many of them were made again in the last
-// `upkeep_updates` updates. Always returns false if a test rotates the owners.
+// Returns whether lists are widened and too many lists of the surface pair of `upkeep` were made
+// again in `upkeep_updates` updates. Returns false before the last of these updates, and always if
+// a test rotates the owners.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);

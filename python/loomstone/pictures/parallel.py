@@ -125,7 +125,7 @@ def plot_parallel(
 
 
 def _grouped(runs: Sequence[ParallelRun]) -> list[_Group]:
-    """Returns the runs in groups of equal number of ranks and decomposition, sorted by both."""
+    """Returns the runs with the same number of ranks and decomposition in one group, sorted."""
     if not runs:
         raise InvalidInput("the plot needs at least one run, got none")
     for run in runs:
