@@ -59,7 +59,7 @@ def test_bad_spheres_are_refused():
     good = {"radii": [0.01], "susceptibilities": [1.0], "applied": [[0, 0, 1.0]]}
     for change, message in (
         ({"radii": [-1.0]}, "radii must be > 0"),
-        ({"radii": [1.0, 2.0]}, "one for each of the 1 points"),
+        ({"radii": [1.0, 2.0]}, "each of the 1 points must have one radius"),
         ({"susceptibilities": [-1.1]}, "susceptibilities must be >= -1"),
         ({"susceptibilities": [np.nan]}, "susceptibilities must be >= -1"),
         ({"applied": [[0, 0, np.nan]]}, "applied must be finite"),

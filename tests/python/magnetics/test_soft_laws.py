@@ -107,8 +107,8 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     images = np.array([pull.image_pull(gap) for gap in gaps])
     # The image assumes an infinite plate. The plate is at least five times as wide as the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
-    # Without `focus`, the edges of the magnet's pole lie above a few large panels, so the tolerance
-    # is larger.
+    # Without `focus`, the panels opposite the edges of the magnet's pole are few and large, so the
+    # tolerance is larger.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
         turned = (
