@@ -301,7 +301,8 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
       planes.push_back({contact});
     } else if (std::none_of(plane->begin(), plane->end(),
                             [&](const HullContact& c) { return c.point == contact.point; })) {
-      plane->push_back(contact);  // edges that share a corner of the hull repeat its contact
+      // Left out if repeated: every edge at a corner of the hull gives the contact of the corner.
+      plane->push_back(contact);
     }
   }
   const auto deepest = [](const Contacts& plane) {

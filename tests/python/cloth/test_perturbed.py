@@ -1,4 +1,5 @@
-"""Cloth intersects neither itself nor other surfaces if its initial coordinates are perturbed by up to a micrometre.
+"""Cloth intersects neither itself nor other surfaces if its initial coordinates are perturbed by up
+to a micrometre.
 
 tests/benchmarks/certify.py tests the same with finer meshes.
 """
