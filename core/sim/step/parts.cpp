@@ -83,7 +83,7 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
   while (true) {
     if (!steps.automatic) {
       const StepContext next = context_of(span, bisection.part(), steps, state);
-      bisection.shorten(steps.stable > 0.0 ? stable_part(next, steps, state.cloth.x, engines)
+      bisection.shorten(steps.stable > 0.0 ? stable_part(next, steps, engines, state)
                                            : expected_part(next, state, engines));
     }
     const StepPart part = bisection.part();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "core/base/message.h"
 #include "core/integration/stable_step.h"
@@ -26,6 +27,25 @@ constexpr double share_of_stable = 0.5;
 // than about 1.58 times its length. With 0.7, cloth at a stretch of 1.3 changes between two lengths
 // and gains energy.
 constexpr double share_when_stretched = 0.9;
+// Number of steps after which the stretch is measured again. Our choice: measuring takes a fifth of
+// a step, and in this number of stable steps, a wave of stretch crosses few triangles.
+constexpr std::int64_t steps_per_measurement = 8;
+
+// Returns a bound on the tangent stiffness of a stretched St. Venant-Kirchhoff membrane, divided by
+// that at rest. With the principal Green strains e1 >= e2, the tangent modulus along e1 is the
+// modulus at rest times 1 + 3 e1 + nu e2, where Poisson's ratio nu is at most 1.
+double stiffening(Elasticity& elasticity, const Team& team, const Points& x) {
+  Points green;
+  Vector stretch;
+  elasticity.strain(team, x, green, stretch);
+  double largest = 1.0;
+  for (Index t = 0; t < green.rows(); ++t) {
+    const double mean = 0.5 * (green(t, 0) + green(t, 1)), half = 0.5 * (green(t, 0) - green(t, 1)),
+                 radius = std::sqrt(half * half + green(t, 2) * green(t, 2));
+    largest = std::max(largest, 1.0 + 3.0 * (mean + radius) + std::max(0.0, mean - radius));
+  }
+  return largest;
+}
 
 }  // namespace
 
@@ -38,7 +58,9 @@ StepChoice choose_steps(const IntegratorOptions& options, const Model& model, co
   const ImplicitOptions* implicit = options.implicit();
   if (!implicit) {
     const double stable = stable_step(model.cloth, state.cloth.x);
-    return {std::min(largest, share_of_stable * stable), false, stable};
+    Elasticity elasticity(model.cloth, BendingTreatment::Explicit);
+    return {std::min(largest, share_of_stable * stable), false,
+            stable * std::sqrt(stiffening(elasticity, {}, state.cloth.x))};
   }
   require(implicit->accuracy.has_value(),
           "integrator.accuracy must be a number if integrator.step is \"auto\"; set an accuracy "
@@ -46,20 +68,20 @@ StepChoice choose_steps(const IntegratorOptions& options, const Model& model, co
   return {largest, true};
 }
 
-int stable_part(const StepContext& part, const StepChoice& steps, const Points& x,
-                const Engines& engines) {
-  const auto largest_stretch = [&] {
-    Points green;
-    Vector stretch;
-    engines.elasticity->strain(engines.team, x, green, stretch);
-    return stretch.size() > 0 ? stretch.maxCoeff() : 1.0;
-  };
-  double stretch = 1.0;
-  for (const double of_rank : results_of_ranks(engines.layout.communicator(), largest_stretch))
-    stretch = std::max(stretch, of_rank);
-  const double stiffening = 0.5 * (3.0 * stretch * stretch - 1.0);
-  const double h = share_when_stretched * steps.stable / std::sqrt(stiffening);
-  return std::max(static_cast<int>(std::min(h / part.h, 1.0) * part.length), int{StepPart::least});
+int stable_part(const StepContext& part, const StepChoice& steps, const Engines& engines,
+                State& state) {
+  double& length = state.cloth.expected_step;
+  const bool starts_step = part.t0 == state.time;
+  if (length == 0.0 || (starts_step && state.step % steps_per_measurement == 0)) {
+    double stiffest = 1.0;
+    for (const double of_rank : results_of_ranks(engines.layout.communicator(), [&] {
+           return stiffening(*engines.elasticity, engines.team, state.cloth.x);
+         }))
+      stiffest = std::max(stiffest, of_rank);
+    length = share_when_stretched * steps.stable / std::sqrt(stiffest);
+  }
+  const double share = std::min(length / part.h, 1.0);
+  return std::max(static_cast<int>(share * part.length), int{StepPart::least});
 }
 
 }  // namespace loomstone

@@ -12,7 +12,8 @@ namespace loomstone {
 struct StepChoice {
   double largest = 0.0;    // length of steps; if automatic, the largest length [s]
   bool automatic = false;  // true: error, dissipation and contacts may shorten steps
-  // Stable step at the start if an explicit scheme takes automatic steps, 0 otherwise [s].
+  // Stable step of cloth that is not stretched if an explicit scheme takes automatic steps, 0
+  // otherwise [s].
   double stable = 0.0;
 };
 
@@ -20,12 +21,11 @@ struct StepChoice {
 // InvalidInput if the step of an implicit scheme is "auto" but its accuracy is not given.
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
 
-// Returns the largest length with which an explicit scheme is stable, with a margin, from the start
-// of `part` on: between 1 and the length of the part, in 64ths of the step (see StepPart). If a
-// St. Venant-Kirchhoff membrane is stretched to L times its length, its tangent stiffness is
-// (3 L^2 - 1) / 2 times that at rest. x (n x 3) are the positions at the start of the part [m], and
-// steps.stable must be positive. Collective.
-int stable_part(const StepContext& part, const StepChoice& steps, const Points& x,
-                const Engines& engines);
+// Returns the largest length with which an explicit scheme is expected to be stable from the start
+// of `part` on, with a margin: between 1 and the length of the part, in 64ths of the step (see
+// StepPart). Measures the stretch at the start of every eighth step, and stores the length in
+// ClothState::expected_step for the others. steps.stable must be positive. Collective.
+int stable_part(const StepContext& part, const StepChoice& steps, const Engines& engines,
+                State& state);
 
 }  // namespace loomstone
