@@ -48,11 +48,7 @@ class Constraining {
       return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
     });
     if (!in_.collision) return report_;
-    if (in_.repelled) {
-      const Points wanted = x1_;
-      in_.collision->repel(motion(), *in_.repelled, in_.h, x1_, bodies_);
-      withhold_at_rest(wanted);
-    }
+    if (in_.repelled) in_.collision->repel(motion(), *in_.repelled, in_.h, x1_, bodies_);
     const bool limits_hold = in_.limiter && in_.limits_hold;
     if (limits_hold) give_up();
     certify();
@@ -108,13 +104,14 @@ class Constraining {
     LimitReport done = in_.limiter->enforce(*in_.team, in_.seed, held, x1_);
     bool taken_back = done.beyond > 0 && in_.limits_hold && take_back(wanted);
     if (x1_ != wanted) {
-      const ClothEnergy before = in_.energy(wanted, report_.at_rest);
-      if (!in_.limits_in_solve) keep_kinetic_energy(wanted, held);
+      const Points at_rest = report_.at_rest;
+      const ClothEnergy before = in_.energy(wanted, at_rest);
+      keep_kinetic_energy(wanted, held);
       const ClothEnergy after = in_.energy(x1_, report_.at_rest);
       const double limited = before.total() - after.total();
       const double scale = std::max(in_.largest_kinetic, before.kinetic);
       if (in_.limits_in_solve && -limited > gained_by_sweeps * scale)
-        x1_ = wanted, taken_back = true;
+        x1_ = wanted, report_.at_rest = at_rest, taken_back = true;
       else
         report_.limited += limited;
     }
@@ -132,6 +129,13 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
+  // Returns whether the solve limits the strain of a cloth, too.
+  bool limited_in_solve(std::size_t k) const {
+    const ClothModel& cloth = *in_.cloth;
+    const Index row = cloth.strain_limit_of[cloth.first_triangle[k]];
+    return in_.limits_in_solve && (row < 0 || !cloth.strain_limits[row].edge);
+  }
+
   // Moves part of the corrections of a cloth to `at_rest` if they would otherwise increase its
   // kinetic energy too much. The kinetic energy may rise to the value at which the whole cloth has
   // the speed of the fastest vertex that sweeps do not move, because prescribed vertices pull cloth
@@ -139,10 +143,11 @@ class Constraining {
   void keep_kinetic_energy(const Points& wanted, const std::vector<Index>& held) {
     const ClothModel& cloth = *in_.cloth;
     Points& at_rest = report_.at_rest;
-    if (at_rest.rows() == 0) at_rest = Points::Zero(cloth.n_vertices, 3);
     std::vector<std::uint8_t> unmoved(cloth.n_vertices, 0);
     for (const Index i : held) unmoved[i] = 1;
     for (std::size_t k = 0; k + 1 < cloth.first_vertex.size(); ++k) {
+      if (limited_in_solve(k)) continue;
+      if (at_rest.rows() == 0) at_rest = Points::Zero(cloth.n_vertices, 3);
       // If the fraction s of the corrections changes velocities, the kinetic energy is
       // k0 + s b + s^2 c.
       double mass = 0.0, speed = 0.0, k0 = 0.0, b = 0.0, c = 0.0;
@@ -166,17 +171,15 @@ class Constraining {
     }
   }
 
-  // Subtracts the motion from x1_ to `wanted`, which has been withheld, from the corrections in
-  // `at_rest`. Only what is withheld beyond these corrections changes velocities.
-  void withhold_at_rest(const Points& wanted) {
+  // Subtracts from the corrections in `at_rest` what certification or a fallback has withheld of
+  // them, so that it does not change velocities either.
+  void withhold_at_rest(const std::vector<WithheldMotion>& withheld) {
     Points& at_rest = report_.at_rest;
-    for (Index i = 0; i < at_rest.rows(); ++i) {
-      if (x1_.row(i) == wanted.row(i)) continue;
-      const Vec3 withheld = (wanted.row(i) - x1_.row(i)).transpose();
-      if (withheld.norm() < at_rest.row(i).norm())
-        at_rest.row(i) -= withheld.transpose();
-      else
-        at_rest.row(i).setZero();
+    for (const WithheldMotion& motion : withheld) {
+      if (motion.vertex >= at_rest.rows()) continue;
+      auto row = at_rest.row(motion.vertex);
+      const double square = row.squaredNorm();
+      if (square > 0.0) row *= 1.0 - std::clamp(row.dot(motion.displacement) / square, 0.0, 1.0);
     }
   }
 
@@ -239,12 +242,12 @@ class Constraining {
     target_ = x1_;
     CertifyReport done = in_.collision->certify(*in_.collision_team, motion(), x1_, bodies_);
     const bool may_move = done.impacts > 0;
+    withhold_at_rest(done.withheld);
     done.impacts += report_.certified.impacts;
     done.merge(report_.certified.withheld);
     report_.certified = std::move(done);
     for (Index i = 0; may_move && i < in_.cloth->n_vertices; ++i)
       if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
-    if (may_move) withhold_at_rest(target_);
     ++report_.rounds;
   }
 
@@ -322,7 +325,7 @@ class Constraining {
       back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
       report_.withheld_for_limits += (wanted.row(i) - x1_.row(i)).norm();
     }
-    withhold_at_rest(wanted);
+    withhold_at_rest(back);
     report_.certified.merge(back);
     report_.fallbacks += any;
     return any;

@@ -347,3 +347,68 @@ def test_sweeps_after_the_solve_do_not_throw_cloth(integrator: ls.Integrator, ga
         sim.step()
         largest = max(largest, sim.report.account.balance)
     assert largest <= gain
+
+
+def test_sweeps_after_the_solve_conserve_momentum_in_contacts() -> None:
+    # A sheet that is stretched by a tenth and limited hits another sheet. Both are free.
+    def sheet(name, size, cells, z, limit, speed):
+        mesh = ls.grid(size=(size, size), cells=(cells, cells)).moved((0.003, 0.002, z))
+        material = ls.ClothMaterial(
+            weft_stiffness=10.0, warp_stiffness=10.0, shear_stiffness=4.0, density=0.2
+        )
+        return ls.Cloth(
+            name=name,
+            mesh=mesh,
+            material=material,
+            strain_limit=limit,
+            velocities=np.tile((0.0, 0.0, -speed), (len(mesh.vertices), 1)),
+        )
+
+    limit = ls.StrainLimit(0.02, 0.02, 0.04)
+    cloths = [sheet("upper", 0.2, 8, 0.006, limit, 2.0), sheet("lower", 0.1, 5, 0.0, None, 0.0)]
+    scene = ls.Scene(
+        cloths=cloths,
+        gravity=(0.0, 0.0, 0.0),
+        limits=ls.LimitOptions(in_solve=False),
+        response="impulse",
+    )
+    sim = ls.Simulation(scene, integrator=ls.SymplecticEuler(step=1e-4))
+    n = len(cloths[0].mesh.vertices)
+    positions = sim.positions.copy()
+    positions[:n, :2] *= 1.1
+    sim.positions = positions
+    masses = []
+    for cloth in cloths:
+        corners = np.asarray(cloth.mesh.vertices)[np.asarray(cloth.mesh.triangles)]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        mass = np.zeros(len(cloth.mesh.vertices))
+        for k in range(3):
+            np.add.at(mass, cloth.mesh.triangles[:, k], 0.2 * np.linalg.norm(normals, axis=1) / 6)
+        masses.append(mass)
+    mass = np.concatenate(masses)
+    start = mass @ sim.velocities
+    impacts = sweeps = 0
+    while sim.time < 0.05:
+        sim.step()
+        impacts += sim.report.contacts.impacts + sim.report.contacts.near
+        sweeps += sim.report.limits.sweeps
+    assert impacts > 0 and sweeps > 0
+    assert np.linalg.norm(mass @ sim.velocities - start) < 1e-11 * np.linalg.norm(start)
+
+
+def test_limits_of_edges_do_not_depend_on_limits_in_the_solve() -> None:
+    mesh = ls.grid(size=(0.3, 0.3), cells=(10, 10))
+    cloth = ls.Cloth(mesh=mesh, strain_limit=ls.StrainLimit(edge=0.02))
+    stretch = []
+    for in_solve in (False, True):
+        scene = ls.Scene(
+            cloths=[cloth],
+            collisions=False,
+            gravity=(0.0, 0.0, 0.0),
+            limits=ls.LimitOptions(in_solve=in_solve),
+        )
+        sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3))
+        sim.positions = sim.positions * (1.2, 1.2, 1.0)
+        sim.step()
+        stretch.append(np.ptp(sim.positions[:, 0]) / 0.3)
+    assert stretch[0] == stretch[1] < 1.03
