@@ -69,9 +69,10 @@ TEST_CASE("time of a step", "[.timing]") {
         const double t1 = milliseconds(threads) - t0;
         terms.clear();
         const Points unchanged = Points::Zero(x.rows(), 3);
-        const ContactTerms made = stage.terms(
-            {}, {x, x1, unchanged, Points(0, 3), 1e-3, n, scene.inverse_mass, Points(0, 3)},
-            contacts, state, terms);
+        const ContactTerms made =
+            stage.terms(Team{threads},
+                        {x, x1, unchanged, Points(0, 3), 1e-3, n, scene.inverse_mass, Points(0, 3)},
+                        contacts, state, terms);
         stage.update_anchors(contacts, made, x, x1, state);
         const double t2 = milliseconds(threads) - t0;
         FreeBodies none;

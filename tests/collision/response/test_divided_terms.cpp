@@ -52,8 +52,8 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
   const ContactState state = anchored(contacts, 1e-4);
   ContactInputs inputs{x, v, none, no_bodies, 1e-3, n, scene.inverse_mass, no_forces};
   ExtraTerms all;
-  const ContactTerms whole = stage.terms({}, inputs, contacts, state, all);
-  REQUIRE(all.size() > 50);
+  const ContactTerms whole = stage.terms(Team{2}, inputs, contacts, state, all);
+  REQUIRE(all.size() > 64);  // more than one range of the parallel loop
   REQUIRE(whole.n_counted() == static_cast<std::int64_t>(all.size()));
   ExtraTerms all_after = all;
   const FrictionError error =
