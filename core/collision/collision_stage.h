@@ -103,7 +103,7 @@ class CollisionStage {
   // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no new
   // intersection. Moves cloth vertices individually and each body as a whole. Prescribed vertices
   // keep their motion. If `bodies` is empty, rigid bodies also keep their motion. The report counts
-  // the impacts that cannot be removed.
+  // the impacts that are found and those that remain (see CertifyReport).
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

@@ -1,5 +1,5 @@
 // Time and events of asynchronous steps compared with symplectic Euler, whose step is the shortest
-// step of any triangle, on meshes of nearly equal and of graded triangles. A sheet of 2 m hangs
+// step of any triangle, on meshes of jittered and of graded triangles. A sheet of 2 m hangs
 // from two corners and swings, without collisions and without damping. Times are processor times of
 // one thread for the steps alone, per second of motion. The columns "less" and "fewer" give the
 // time and the events of symplectic Euler divided by those of the row.
