@@ -154,7 +154,7 @@ class InvalidInput(Error, ValueError):
 
 class SolverFailure(Error, RuntimeError):
     """
-    A solve or a step failed (a RuntimeError). The message of a step names the stage, the step and the time.
+    A solve or a step failed (a RuntimeError). If a step of a simulation failed, the message names the step and the time at its start.
     """
 
 class CacheError(Error, OSError):
@@ -241,7 +241,7 @@ class ThreadReport:
 
 class RankReport:
     """
-    Time that ranks spend computing and waiting, and what they send.
+    Times that ranks spend computing and waiting, bytes that they send, and number of their collective operations.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -456,7 +456,7 @@ class WithheldReport:
 
 class AccountReport:
     """
-    Work and losses since the start, or since the user wrote positions or velocities.
+    Work and losses since the start, or since the user last wrote positions or velocities.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -3415,13 +3415,13 @@ class LimitReport:
     @property
     def broken(self) -> list[tuple[int, str, float]]:
         """
-        (element, "weft" | "warp" | "shear", excess) for each limit that is exceeded by more than 0.01, or by more than a
-        fifth of a limit below 0.05. The largest excess comes first.
+        (element, "weft" | "warp" | "shear", excess) for each limit that is exceeded by more than 0.01 or, if the limit is
+        below 0.05, by more than a fifth of the limit and more than 1e-4. The largest excess comes first.
         """
     @property
     def evaluations(self) -> int:
         """
-        number of strains of elements and edges that were evaluated
+        number of evaluations of the strain of an element or edge, before the final check
         """
     @property
     def excess(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
@@ -3474,8 +3474,8 @@ class Detector:
     """
     Self-collisions of one surface, for repeated queries while it moves.
 
-    The first call builds a tree, which later calls refit to the positions. Only one Python thread at a time may use a
-    detector.
+    The first query builds a tree. Later queries refit the tree to the positions, or rebuild it if its boxes have grown
+    too much. Only one Python thread at a time may use a detector.
     """
     def __init__(
         self, triangles: typing.Any, *, threads: typing.SupportsInt | typing.SupportsIndex = 0
@@ -3503,7 +3503,7 @@ class Detector:
         """
     def forget_trees(self) -> None:
         """
-        Makes the next query build the tree again, which changes its results at most in order.
+        Makes the next query rebuild the tree. This can change only the order of candidates with ordered=False.
         """
     @property
     def edges(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -3652,7 +3652,7 @@ class CollisionReplay:
         decomposition: str = "static",
     ) -> RecordedTests:
         """
-        Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks. decomposition: "static" or
+        Returns the RecordedTests of the search for contacts at x0, divided among `ranks` ranks. decomposition: "static" or
         "dynamic", which determines the tests with which each rank starts.
         """
     def impacts(
@@ -3663,7 +3663,7 @@ class CollisionReplay:
         decomposition: str = "static",
     ) -> RecordedTests:
         """
-        Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` ranks, as contacts() does.
+        Returns the RecordedTests of the search for impacts from x0 to x1, divided among `ranks` ranks, as contacts() does.
         """
     def lists(
         self, repetitions: typing.SupportsInt | typing.SupportsIndex = 3
@@ -3682,8 +3682,9 @@ class CollisionReplay:
         repetitions: typing.SupportsInt | typing.SupportsIndex = 1,
     ) -> list[float]:
         """
-        Performs the search for impacts or for contacts several times, together with the other ranks. Returns the time of each
-        until the last rank has all results [s]. traversal: "tasks" or "loops" over threads; only "static" uses it.
+        Performs the search for impacts or for contacts several times, together with the other ranks. Returns, for each
+        repetition, the time until the last rank has all results [s]. traversal: "tasks" or "loops" over threads; only
+        the decomposition "static" uses it.
         """
 
 class FrameWriter:
@@ -4069,7 +4070,7 @@ class Curves:
 
 class CameraFit:
     """
-    Finds a camera that shows cloth and bodies of several frames as large as possible. The direction of view is that of the camera of the options.
+    Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible. Floors and hidden bodies are left out. The direction of view is that of the camera of the options.
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions) -> None: ...
     def camera(self) -> Camera:
@@ -4107,7 +4108,7 @@ class Renderer:
         | None = None,
     ) -> list[tuple[float, float]]:
         """
-        Returns the values at both ends of the colours of each row of color_by, with value_ranges as in render; (0, 0) for a row that shows the cloth.
+        Returns the values at both ends of the colours of each row of color_by, with value_ranges as in render; (0, 0) for the row "cloth".
         """
     def fit(self, first: Frame) -> None:
         """
@@ -4145,7 +4146,7 @@ class Renderer:
         """
     def value_ranges(self, frame: Frame) -> list[tuple[float, float]]:
         """
-        Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) for a row that shows the cloth.
+        Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) for the row "cloth".
         """
     @property
     def backend(self) -> str:
@@ -4164,8 +4165,8 @@ class State:
     be written in place or assigned, but not from another thread while a step runs. Every step first checks that written
     values are finite (InvalidInput). Writing positions or velocities discards the history of multistep schemes.
 
-    Every rank stores all rows. Values that a rank writes take effect in the rows it owns (sim.owned_rows). Values written
-    for obstacles take effect on rank 0 only.
+    Every rank stores all rows. Values that a rank writes take effect in the rows it owns (sim.owned_rows). Pin flags,
+    the tables of obstacles, external_body_forces and external_body_torques take effect only if rank 0 writes them.
     """
     def __repr__(self) -> str: ...
     @property
@@ -4293,7 +4294,7 @@ class Simulation:
         """
     def collision_motion(self) -> CollisionRecord:
         """
-        Returns the CollisionRecord of the last certification whose motion was kept. It has no vertices if there is none or nothing collides.
+        Returns the CollisionRecord of the last certification whose motion was kept. The record has no vertices if no motion was kept or nothing collides.
         """
     def frame(self) -> Frame:
         """
@@ -4360,13 +4361,13 @@ class Simulation:
         orientation: typing.Any = (1, 0, 0, 0),
     ) -> None:
         """
-        Sets the pose of an obstacle at the end of the next step: position [m] and quaternion (w, x, y, z).
-        The pose replaces the keyframes. Automatic steps reach it after the time step_size.
+        Sets the pose that an obstacle reaches after the time step_size: position [m] and quaternion (w, x, y, z).
+        The pose replaces the keyframes.
         """
     def set_pin_targets(self, targets: typing.Any) -> None:
         """
-        Sets the positions of pinned vertices at the end of the next step, (n x 3) [m]. Other rows are ignored.
-        The targets replace the script. Automatic steps reach them after the time step_size.
+        Sets the positions that pinned vertices reach after the time step_size, (n x 3) [m]. Other rows are ignored.
+        The targets replace the script.
         """
     def step(self) -> None:
         """
@@ -4386,8 +4387,8 @@ class Simulation:
     def broken_limits(self) -> list[tuple[int, str, float]]:
         """
         (triangle, "weft" | "warp" | "shear", excess) for each strain limit that the last step left exceeded by more than
-        0.01, or by more than a fifth of a limit below 0.05. The largest excess comes first. Triangles of all cloths are
-        numbered consecutively.
+        0.01 or, if the limit is below 0.05, by more than a fifth of the limit and more than 1e-4. The largest excess comes first.
+        Triangles of all cloths are numbered consecutively.
         """
     @property
     def circuit_heat(self) -> float:
@@ -4442,8 +4443,9 @@ class Simulation:
     @property
     def forced_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
-        Pairs of triangles that the last step had to leave intersecting because scripted motion left the cloth no room.
-        Triangles of all surfaces are numbered consecutively.
+        Pairs of triangles that intersect at the end of the last step, for example because scripted motion left the cloth no room.
+        They are listed from a step that leaves impacts unresolved until no pair intersects. Triangles of all surfaces are numbered
+        consecutively.
         """
     @property
     def hierarchy_bytes(self) -> int:
@@ -4544,7 +4546,7 @@ def body_color(
     body: typing.SupportsInt | typing.SupportsIndex,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
     """
-    Default colour of a body or obstacle in linear RGB (3), by its number.
+    Default colour of a body or obstacle in linear RGB (3), by its index.
     """
 
 def box(
@@ -4591,7 +4593,7 @@ def cloth_color(
     cloth: typing.SupportsInt | typing.SupportsIndex,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
     """
-    Default front colour of a cloth in linear RGB (3), by its number in the scene.
+    Default front colour of a cloth in linear RGB (3), by its index in the scene.
     """
 
 def continuous(
@@ -5000,7 +5002,7 @@ def write_mesh(
     colors: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8] | None = None,
 ) -> None:
     """
-    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary. library: name of the .mtl file of an OBJ file. materials: (first triangle, name) of its materials, ascending. colors: (n x 3) bytes in sRGB, colours of the vertices of a PLY file.
+    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary. library: name of the .mtl file of an OBJ file. materials: (first triangle, name) of each material of an OBJ file, in ascending order of the triangles. colors: (n x 3) bytes in sRGB, colours of the vertices of a PLY file.
     """
 
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:

@@ -1,8 +1,8 @@
 // Orthotropic St. Venant-Kirchhoff membrane on linear triangles in total Lagrangian form, with
 // viscosity. Implements (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35) of [Thomaszewski2010]. Kernels
-// process eight triangles at once. Forces on a vertex are summed in ascending order of elements, and
-// energies in a fixed order, so results are bitwise identical for any number of threads and any row
-// range.
+// process eight triangles at once. Forces on a vertex are summed in ascending order of elements,
+// and energies in a fixed order, so results are bitwise identical for any number of threads and any
+// row range.
 #pragma once
 
 #include <algorithm>
