@@ -15,7 +15,8 @@ using namespace loomstone::test;
 
 namespace {
 
-// The material of the measurements in docs/experiments/strain_limits.md.
+// The material of the swinging sheet in docs/experiments/strain_limits.md, "Limits in asynchronous
+// steps".
 ClothMaterial swinging() {
   ClothMaterial m;
   m.weft_stiffness = m.warp_stiffness = 300, m.shear_stiffness = 150, m.density = 0.5;

@@ -55,7 +55,7 @@ class ElementSteps {
  private:
   struct Element {
     double eigenvalue, tension_eigenvalue, viscous_eigenvalue;  // [1/s^2], [1/kg], [1/s]
-    double safety;                                              // fraction of the limit [1]
+    double safety;  // step without viscosity, as a fraction of the stability limit [1]
   };
   void measure(const Team& team, const Points& x, Elasticity& elasticity);
   // Step of a triangle with the measured strain and the given phases [s].

@@ -28,9 +28,10 @@ PartResult shorter(const StepContext& part, const StepError& error, const Engine
 // avoid this, the part must be shortened to the length `longest`, in 64ths of the step.
 PartResult shortened_for_gain(int longest);
 
-// Returns the length that the error is expected to allow for the next part of a step of given
-// length, at most the length of `part`, in 64ths of the step (see StepPart). The expected error is
-// estimated from the last part or, if there is none, from a motion at the current velocities.
+// Returns the length that the error is expected to allow for the next part of a step that is not
+// automatic, in 64ths of the step (see StepPart). `part` is this next part as planned, and the
+// result is at most its length. The error is estimated from the part before it or, if there is
+// none, from a motion at the current velocities.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
 // Stores in `cloth` the length that `error`, the error of `part`, allows for the next part.

@@ -97,7 +97,7 @@ TEST_CASE("a tree built at other positions finds the same pairs") {
   const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // keeps all pairs
   BroadPhase lasting(scene.model, pairs);
   std::vector<FeaturePairs> old_tree, new_tree;
-  // Builds the tree of `lasting` at positions that differ from those tested below.
+  // Builds the trees of `lasting` at positions that differ from those tested below.
   lasting.swept_pairs(Team{1}, {shaken(scene.x, 0.1, 30), scene.x, 0.0}, all, keep, old_tree);
   for (const unsigned seed : {31u, 32u}) {
     const Points x0 = shaken(scene.x, 0.02, seed), x1 = shaken(x0, 0.01, seed + 5);

@@ -1,5 +1,5 @@
-"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures. Plots
-of forces over distances and of torques over angles.
+"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures. Force
+against distance and torque against angle, and a plot of forces.
 """
 
 import loomstone as ls
