@@ -27,8 +27,9 @@ constexpr double share_of_stable = 0.5;
 // than about 1.58 times its length. With 0.7, cloth at a stretch of 1.3 changes between two lengths
 // and gains energy.
 constexpr double share_when_stretched = 0.9;
-// Number of steps after which the stretch is measured again. Our choice: measuring takes a fifth of
-// a step, and in this number of stable steps, a wave of stretch crosses few triangles.
+// Number of steps after which the stretch is measured again. Our choice: a measurement takes up to
+// a third of the time of a step, and in this number of stable steps, a wave of stretch crosses few
+// triangles.
 constexpr std::int64_t steps_per_measurement = 8;
 
 // Returns a bound on the tangent stiffness of a stretched St. Venant-Kirchhoff membrane, divided by
