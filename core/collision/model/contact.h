@@ -18,7 +18,7 @@ struct Contact {
   std::array<Index, 4> vertices;  // vertex and face corners, or ends of edge a and of edge b
   std::array<double, 4> weights;  // >= 0 for feature a (sum 1), <= 0 for b (sum -1)
   Vec3 normal;                    // unit normal from b to a
-  double distance;                // distance at the start of the part [m]
+  double distance;                // distance at the start of the part of the step [m]
   double thickness;               // thickness xi of the pair [m]
   double friction;                // friction coefficient mu of the pair [1]
 };

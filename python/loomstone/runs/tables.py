@@ -12,12 +12,13 @@ __all__ = ["read_table", "write_table"]
 
 
 def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
-    """Returns header and rows of a CSV file of numbers.
+    """Returns the header and the rows of a CSV file of numbers.
 
     first : name that the first column must have
 
-    If the last row is too short or ends in a text that is not a number, as after a killed process,
-    it is skipped. Any other invalid line raises a CacheError that names it.
+    A last row that is cut off, as if the process was killed while writing it, is skipped: it is
+    too short or its last entry is not a number. Any other invalid line raises a CacheError that
+    names it.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
