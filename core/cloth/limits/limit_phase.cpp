@@ -25,7 +25,7 @@ constexpr Index batches_per_update = 32;
 // The third phase is for heavy loads, for example at prescribed vertices, and the fourth for bodies
 // much heavier than the cloth. `stiffening` and `steeper` were tuned on scenes/swing_limits.py and
 // scenes/limit_scaling.py with steps of 4 ms, and `steepest` with automatic steps on balls of 40 kg
-// in cloth of 40 g: with a value of 100, strains exceed limits of 2 % by up to 0.04, and with a
+// in cloth of 40 g: with a value of 100, strains exceed limits of 0.02 by up to 0.04, and with a
 // value of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
