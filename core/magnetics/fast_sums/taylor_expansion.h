@@ -57,10 +57,12 @@ class TaylorExpansion {
   void evaluate(const double* local, const Vec3& centre, const double* points, Index n,
                 double* field, double* gradient) const;
 
-  // Computes the same as evaluate() at one point, up to rounding errors. `rows` contains the
-  // coefficients from pack(), followed by at least `beyond` readable doubles.
+  // Number of doubles that evaluate_at() may read behind the coefficients. They have no effect.
   static constexpr int beyond = 7;
+  // Stores the coefficients of `local` for evaluate_at().
   void pack(const double* local, double* rows) const;
+  // Computes the same as evaluate(), but at one point and up to rounding errors. `rows` contains
+  // the coefficients from pack(), followed by at least `beyond` readable doubles.
   void evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,
                    double* gradient) const;
 

@@ -175,7 +175,7 @@ def test_jaws_press_still_cloth_in_long_steps(integrator: ls.Integrator) -> None
     while sim.time < 0.12:
         sim.step()
     # The cloth never moves. If its kinetic energy alone bounded the energy that contacts may
-    # create, the last 10 ms would take thousands of the shortest steps.
+    # create, the last 10 ms before the jaws stop would take thousands of the shortest steps.
     assert sim.report.energy.contact > 1e-4
     assert sim.step_index < 300
 

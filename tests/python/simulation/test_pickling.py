@@ -1,5 +1,5 @@
 """Sources of fields, magnetisable bodies, frames, topologies, checkpoints and runs can be pickled
-and copied. Copies give the same bits.
+and copied. Copies give bitwise identical results.
 """
 
 import copy
