@@ -5,7 +5,10 @@
 #include <cstdint>
 
 #include "core/base/message.h"
+#include "core/cloth/elasticity.h"
 #include "core/integration/stable_step.h"
+#include "core/parallel/shared_work.h"
+#include "core/sim/step/bisection.h"
 
 namespace loomstone {
 
