@@ -1,9 +1,8 @@
 #include "core/integration/stable_step.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "core/cloth/elasticity.h"
 
 namespace loomstone {
 
@@ -39,9 +38,8 @@ double largest_eigenvalue(const ClothModel& model, Apply&& apply) {
 
 }  // namespace
 
-double stable_step(const ClothModel& model, const Points& x) {
+double stable_step(Elasticity& elasticity, const ClothModel& model, const Points& x) {
   if (model.n_vertices == 0) return std::numeric_limits<double>::infinity();
-  Elasticity elasticity(model, BendingTreatment::Explicit);
   const Index n = model.n_vertices;
   const auto forces = [&](const Points& at, const Points& v) {
     Points force = Points::Zero(n, 3);
@@ -59,6 +57,19 @@ double stable_step(const ClothModel& model, const Points& x) {
       model, [&](const Points& u) -> Points { return 0.5 * (forces(x, -u) - forces(x, u)); });
   if (k == 0.0) return d > 0.0 ? 2.0 / d : std::numeric_limits<double>::infinity();
   return (std::sqrt(d * d + 4.0 * k) - d) / k;
+}
+
+double stiffening_of_rank(Elasticity& elasticity, const Team& team, const Points& x) {
+  Points green;
+  Vector stretch;
+  elasticity.strain_of_rank(team, x, green, stretch);
+  double largest = 1.0;
+  for (Index t = 0; t < green.rows(); ++t) {
+    const double mean = 0.5 * (green(t, 0) + green(t, 1)), half = 0.5 * (green(t, 0) - green(t, 1)),
+                 radius = std::sqrt(half * half + green(t, 2) * green(t, 2));
+    largest = std::max(largest, 1.0 + 3.0 * (mean + radius) + std::max(0.0, mean - radius));
+  }
+  return largest;
 }
 
 }  // namespace loomstone

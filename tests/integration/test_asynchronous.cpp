@@ -8,7 +8,6 @@
 #include "core/integration/asynchronous/element_steps.h"
 #include "core/integration/asynchronous/event_queue.h"
 #include "core/integration/asynchronous/nested_steps.h"
-#include "core/integration/stable_step.h"
 #include "tests/support/cloth_fixture.h"
 
 using namespace loomstone;
@@ -312,7 +311,7 @@ TEST_CASE("the step of a triangle on its own is the limit of stability, at rest 
       ClothRun run = make_run(mesh, material, options);
       start(run, options);
       ElementSteps steps(run.model, options);
-      const double limit = stable_step(run.model, run.state.x);
+      const double limit = stable_step_at(run.model, run.state.x);
       CAPTURE(apex[1], viscosity);
       // The reference has small errors from power iteration and central differences.
       if (viscosity == 0.0) CHECK(steps.at_rest()[0] == Approx(limit).epsilon(1e-5));
@@ -321,7 +320,7 @@ TEST_CASE("the step of a triangle on its own is the limit of stability, at rest 
       x.col(0) *= 1.6, x.col(1) *= 1.2;
       x.col(0) += 0.3 * x.col(1);
       CHECK(steps.at({}, x, Points::Zero(x.rows(), 3), *run.elasticity)[0] <
-            stable_step(run.model, x) * (1 + 1e-5));
+            stable_step_at(run.model, x) * (1 + 1e-5));
     }
   }
 }

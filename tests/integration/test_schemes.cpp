@@ -5,7 +5,6 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/integration/stable_step.h"
 #include "tests/support/cloth_fixture.h"
 
 using namespace loomstone;
@@ -172,14 +171,34 @@ TEST_CASE("steps of unequal length keep midpoint and BDF-2 of order 2") {
     }
 }
 
+TEST_CASE("the stable step of stretched cloth follows from its stiffening") {
+  const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
+  for (const double poisson : {-0.5, 0.0, 0.3, 0.9})
+    for (const Vec3& stretch :
+         {Vec3(1.3, 1.0, 1.0), Vec3(3.0, 1.0, 1.0), Vec3(3.0, 0.6, 1.0), Vec3(3.0, 3.0, 1.0)}) {
+      ClothMaterial material = soft();
+      material.poisson = poisson;
+      const ClothModel model =
+          make_run(mesh, material, options_for("symplectic-euler", 1e-4), {1e-5}).model;
+      const Points x = mesh.vertices() * stretch.asDiagonal();
+      Elasticity elasticity(model, BendingTreatment::Explicit);
+      const double stiffening = stiffening_of_rank(elasticity, {}, x);
+      const double rest = stable_step_at(model, mesh.vertices()), now = stable_step_at(model, x);
+      CAPTURE(poisson, stretch.transpose(), stiffening, rest, now);
+      // Steps are chosen with a margin of a tenth, half of which modes that also shear may take.
+      CHECK(now > 0.95 * rest / std::sqrt(stiffening));
+      CHECK(stiffening < 2.0 * (rest / now) * (rest / now));
+    }
+}
+
 TEST_CASE("symplectic Euler is stable below the stable step, and unstable above it") {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
   for (const double viscosity : {0.0, 1e-3}) {
     ClothMaterial material = soft();
     material.viscosity_dilation = material.viscosity_shear = viscosity;
-    const double limit =
-        stable_step(make_run(mesh, material, options_for("symplectic-euler", 1e-4), {1e-5}).model,
-                    mesh.vertices());
+    const double limit = stable_step_at(
+        make_run(mesh, material, options_for("symplectic-euler", 1e-4), {1e-5}).model,
+        mesh.vertices());
     const auto largest = [&](double h) {
       const IntegratorOptions o = options_for("symplectic-euler", h);
       ClothRun run = make_run(mesh, material, o, {1e-5});

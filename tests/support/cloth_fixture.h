@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/integration/integrator.h"
+#include "core/integration/stable_step.h"
 #include "core/mesh/generators.h"
 
 namespace loomstone::test {
@@ -101,6 +102,12 @@ inline IntegratorOptions exact_options(const char* method, double step) {
     implicit->jacobian = JacobianKind::Exact, implicit->linear_solver = LinearMethod::Direct;
   if (NewtonOptions* const newton = o.newton()) newton->newton_tolerance = 1e-12;
   return o;
+}
+
+// Returns stable_step() [s] for the cloths of a model at x (n x 3) [m].
+inline double stable_step_at(const ClothModel& model, const Points& x) {
+  Elasticity elasticity(model, BendingTreatment::Explicit);
+  return stable_step(elasticity, model, x);
 }
 
 }  // namespace loomstone::test

@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "core/base/message.h"
-#include "core/cloth/elasticity.h"
 #include "core/integration/stable_step.h"
 #include "core/parallel/shared_work.h"
 #include "core/sim/step/bisection.h"
@@ -35,22 +34,6 @@ constexpr double share_when_stretched = 0.9;
 // triangles.
 constexpr std::int64_t steps_per_measurement = 8;
 
-// Returns a bound on the tangent stiffness of a stretched St. Venant-Kirchhoff membrane, divided by
-// that at rest. With the principal Green strains e1 >= e2, the tangent modulus along e1 is the
-// modulus at rest times 1 + 3 e1 + nu e2, where Poisson's ratio nu is at most 1.
-double stiffening(Elasticity& elasticity, const Team& team, const Points& x) {
-  Points green;
-  Vector stretch;
-  elasticity.strain(team, x, green, stretch);
-  double largest = 1.0;
-  for (Index t = 0; t < green.rows(); ++t) {
-    const double mean = 0.5 * (green(t, 0) + green(t, 1)), half = 0.5 * (green(t, 0) - green(t, 1)),
-                 radius = std::sqrt(half * half + green(t, 2) * green(t, 2));
-    largest = std::max(largest, 1.0 + 3.0 * (mean + radius) + std::max(0.0, mean - radius));
-  }
-  return largest;
-}
-
 }  // namespace
 
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state) {
@@ -61,10 +44,10 @@ StepChoice choose_steps(const IntegratorOptions& options, const Model& model, co
   const double largest = euler && model.n_bodies() == 0 ? largest_of_euler : largest_otherwise;
   const ImplicitOptions* implicit = options.implicit();
   if (!implicit) {
-    const double stable = stable_step(model.cloth, state.cloth.x);
     Elasticity elasticity(model.cloth, BendingTreatment::Explicit);
+    const double stable = stable_step(elasticity, model.cloth, state.cloth.x);
     return {std::min(largest, share_of_stable * stable), false,
-            stable * std::sqrt(stiffening(elasticity, {}, state.cloth.x))};
+            stable * std::sqrt(stiffening_of_rank(elasticity, {}, state.cloth.x))};
   }
   require(implicit->accuracy.has_value(),
           "integrator.accuracy must be a number if integrator.step is \"auto\"; set an accuracy "
@@ -79,7 +62,7 @@ int stable_part(const StepContext& part, const StepChoice& steps, const Engines&
   if (length == 0.0 || (starts_step && state.step % steps_per_measurement == 0)) {
     double stiffest = 1.0;
     for (const double of_rank : results_of_ranks(engines.layout.communicator(), [&] {
-           return stiffening(*engines.elasticity, engines.team, state.cloth.x);
+           return stiffening_of_rank(*engines.elasticity, engines.team, state.cloth.x);
          }))
       stiffest = std::max(stiffest, of_rank);
     length = share_when_stretched * steps.stable / std::sqrt(stiffest);
