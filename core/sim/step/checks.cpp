@@ -30,9 +30,10 @@ bool all_within(const Points& x0, const ClothState& cloth, Index n, double most)
 
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage) {
-  double most = 100.0 * model.cloth_size;
-  if (all_within(x0, cloth, model.cloth.n_vertices, most)) return;
+  const double allowed = 100.0 * model.cloth_size;
+  if (all_within(x0, cloth, model.cloth.n_vertices, allowed)) return;
   Index worst = -1;
+  double most = allowed;
   for (Index i = 0; i < model.cloth.n_vertices; ++i) {
     const double moved = (cloth.x.row(i) - x0.row(i)).norm();
     const bool finite = std::isfinite(moved) && cloth.v.row(i).allFinite();
@@ -45,7 +46,7 @@ void check_divergence(const Model& model, const Points& x0, const ClothState& cl
   std::ostringstream out;
   const double moved = (cloth.x.row(worst) - x0.row(worst)).norm();
   out << "cloth vertex " << model.vertex_of_row(worst);
-  if (moved > 100.0 * model.cloth_size && std::isfinite(moved))
+  if (moved > allowed && std::isfinite(moved))
     out << " moved by " << moved << " m in the stage \"" << stage
         << "\", more than 100 times the size of the cloths";
   else
