@@ -44,8 +44,8 @@ class CouplingMatrix {
  private:
   std::vector<Scalar> values_;  // (slots x 9 x 8) off-diagonal blocks, column-major
   std::vector<Scalar> sums_;    // (slices x 9 x 8) row sums R
-  // (slices) 1: all R of the slice are multiples of the identity. Of the slice's numbers in sums_,
-  // only the first eight are then used: the factors of the identity.
+  // (slices) 1: all R of the slice are multiples of the identity. Then only the first eight numbers
+  // of the slice in sums_ are used, which are the factors of the identity.
   std::vector<std::uint8_t> scalar_sum_;
 };
 

@@ -12,7 +12,7 @@ __all__ = ["FramesOfRun", "check_frames"]
 
 
 class FramesOfRun(Protocol):
-    """What drawing needs of a run; loomstone.Run implements this interface."""
+    """Interface of a run for the code that draws pictures. loomstone.Run implements it."""
 
     directory: Path
 
