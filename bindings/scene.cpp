@@ -20,7 +20,7 @@ std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of
 // Returns the arguments. If argument `name` is an array (times x n x 3) of points at several times,
 // its shape becomes (times * n x 3). An array (k x 3), an empty array, a single value and values
 // that are not numbers remain unchanged. Throws InvalidInput for an array of numbers with another
-// shape and for a unit of another dimension than length.
+// shape, for rows of different lengths, and for a unit of another dimension than length.
 py::kwargs with_rows(const py::kwargs& arguments, const std::string& owner, const char* name,
                      std::size_t times, std::size_t n, const char* points) {
   const std::string where = formatted("{}.{}", owner, name);

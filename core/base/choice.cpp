@@ -28,8 +28,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 // Returns the name closest to `given`, or an empty string if no name is close. A name is close if
 // its edit distance from `given` is at most one, or at most a third of the length of `given`. If
-// one of the two strings is a prefix of the other and `given` has at least two letters, the
-// distance counts as one.
+// the name is a prefix of `given` or vice versa, and `given` has at least two letters, the distance
+// counts as one.
 std::string_view near_miss(const std::vector<std::string_view>& names, std::string_view given) {
   std::string_view best;
   std::size_t least = std::max<std::size_t>(1, given.size() / 3) + 1;

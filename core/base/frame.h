@@ -47,7 +47,7 @@ struct Frame {
   Points velocities;                  // (n x 3) [m/s]
   Points strain;                      // (m x 3) Green strain: weft, warp, shear (E12) [1]
   Vector stretch;                     // (m) largest principal stretch [1]
-  std::vector<std::uint8_t> contact;  // (n) 1: contact, 2: intersection forced by scripted motion
+  std::vector<std::uint8_t> contact;  // (n) 1: contact, 2: intersection after unresolved impacts
   Points body_vertices;               // (nb x 3) positions [m]
   Vector coil_currents;               // (coils) [A]
   StepReport report;

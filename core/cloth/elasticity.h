@@ -31,7 +31,8 @@ class Elasticity {
   // Stores all elements.
   Elasticity(const ClothModel& model, BendingTreatment bending);
   // Stores the membrane and mid-edge elements of this rank, and all hinge elements. Rows [begin,
-  // end) in the functions below must then be rows of this rank.
+  // end) in the functions below must then be rows of this rank. Only limit_phase() may also be
+  // called for all rows, and then determines the phases of all stored triangles.
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout& layout);
 
   // Largest eigenvalue of M^-1 K of bending at the rest positions [1/s^2]; 0 without bending.
@@ -154,7 +155,8 @@ class Elasticity {
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, RowsOut force);
   // The next two functions return the energies of the blocks of triangles of this rank [J], and 0
-  // for all other blocks. Where elements are not divided, they return the total energy only.
+  // for all other blocks. Where elements are not divided, a single total replaces these sums: that
+  // of the membrane, or that of the bending of one cloth.
   std::vector<double> membrane_sums(const Team& team, const Points& x);
   std::vector<double> bending_sums(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);

@@ -112,7 +112,7 @@ class CollisionStage {
   std::size_t hierarchy_bytes() const;
   // Memory of lists, of the hierarchies of proximity_alone() and of other search data [bytes].
   std::size_t list_bytes() const;
-  // Memory of contacts and of other data kept for later calls [bytes].
+  // Memory of contacts and of data that belongs to them, without motion() [bytes].
   std::size_t contact_bytes() const;
 
   // Sets whether certify() stores the motion that it receives. motion() returns the stored motion.

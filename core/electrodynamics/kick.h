@@ -7,10 +7,10 @@
 // kick. A kick of duration tau solves
 //   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m)
 // for the new values i' and v'. The subscript m denotes the mean of the old and new values; without
-// inductance, i' is i_m. In a circuit with tau R > 2 L, i_m is i' instead of the mean, which would
-// oscillate about the slowly varying current V / R. The energy L (i' - i)^2 / 2 then counts as
-// heat. L is the inductance, R the resistance, V the source voltage, m the mass, and F the force
-// without circuits.
+// inductance, i' is i_m. In a circuit with tau R > 2 L, i_m is i' instead of the mean, because i'
+// would otherwise oscillate about the slowly varying current V / R. The energy L (i' - i)^2 / 2
+// then counts as heat. L is the inductance, R the resistance, V the source voltage, m the mass, and
+// F the force without circuits.
 //
 // With several circuits, L is the matrix of self and mutual inductances. The mutual inductances M
 // with coils of given current i_g add the EMF -M di_g/dt. The G of a circuit depends on the

@@ -35,7 +35,7 @@ class SlicedEllpack {
   }
 
   std::vector<Index> rows;   // (slices x 8) row of each lane; n_rows() for an empty lane
-  std::vector<Index> place;  // (rows) position of each row: 8 slice + lane; -1 without a slice
+  std::vector<Index> place;  // (rows) position of each row: 8 slice + lane; -1 outside the range
   std::vector<Index> slot_start{0};  // (slices + 1) first slot of each slice
   std::vector<Index> columns;        // (slots x 8) column of each block; in padding, the row index
   std::vector<Index> sources;        // (slots x 8) block of the matrix; -1 in padding

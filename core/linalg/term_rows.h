@@ -57,7 +57,7 @@ class TermRows {
   TermEntry entry(Index row, Index arm, double weight) const {
     return {row, arm >= 0, weight, arm >= 0 ? arms_[arm] : Vec3(Vec3::Zero())};
   }
-  // Computes the forces of terms [begin, end). The results do not depend on Lanes.
+  // Computes the forces of terms [begin, end). Lanes only selects the instruction set (simd.h).
   template <class Lanes, class Scalar>
   static void find_forces(TermRows& rows, Index begin, Index end, const Scalar* x);
 

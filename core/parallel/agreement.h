@@ -8,8 +8,9 @@
 namespace loomstone {
 
 // Collective. If any rank has a failure, all ranks throw the error of the lowest such rank, with
-// the same type and text. An exception that is not a loomstone::Error becomes an Error, whose text
-// gives advice in the case of std::bad_alloc. Returns if `failure` is null on every rank.
+// the same text and type, but StepFailure in place of a NewtonFailure. An exception that is not a
+// loomstone::Error becomes an Error, whose text gives advice in the case of std::bad_alloc. Returns
+// if `failure` is null on every rank.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 
 // Collective. Runs `body` on this rank. If it throws on any rank, all ranks throw.

@@ -17,7 +17,8 @@ class Mailbox {
   virtual void send(int to, const void* data, std::size_t bytes) = 0;
   // If a message has arrived, copies it to `message` and returns true; otherwise returns false.
   virtual bool receive(std::vector<std::byte>& message) = 0;
-  // Must be called at the start and the end of each period in which this rank waits for messages.
+  // begin_wait() must be called when this rank begins to wait for messages, and end_wait() when it
+  // stops waiting.
   virtual void begin_wait() {}
   virtual void end_wait() {}
 };

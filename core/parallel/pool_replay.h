@@ -21,8 +21,8 @@ struct RecordedTests {
   std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
   // After some searches, ranks exchange measured costs, by which they divide the first tests of
-  // later searches. These are the mean number of such exchanges per search, and the mean size of
-  // the cost data that each rank receives per search [bytes].
+  // later searches. deal_exchanges is the mean number of such exchanges per search, and deal_bytes
+  // the mean size of the cost data that each rank receives per search [bytes].
   double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }

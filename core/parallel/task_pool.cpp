@@ -141,7 +141,7 @@ class PoolRun {
   bool waiting_ = false;  // waits for the answer to a request
   bool idle_ = false;     // without work, and waiting for messages
   std::atomic<bool> ended_{false}, failed_{false};
-  std::atomic<std::int64_t> tests_{0}, created_{0}, busy_{0};  // busy_: time spent on tests [ns]
+  std::atomic<std::int64_t> tests_{0}, created_{0}, busy_{0};  // busy_: time spent on tasks [ns]
   Clock::time_point polled_;
   std::vector<std::byte> message_;  // scratch
   std::vector<std::vector<std::byte>> early_;

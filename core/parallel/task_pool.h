@@ -45,7 +45,7 @@ struct PoolReport {
   std::int64_t refusals = 0;   // requests of other ranks refused
   std::int64_t received = 0;   // tasks received from other ranks
   std::int64_t waves = 0;      // waves of the termination detection
-  double busy = 0.0;           // time spent on tests, summed over threads [s]
+  double busy = 0.0;           // time spent on tasks, summed over threads [s]
   double wall = 0.0;           // time from the start to the end [s]
 };
 

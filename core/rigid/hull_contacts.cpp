@@ -249,13 +249,14 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 }
 
 // The axis of least overlap of a triangle is not admissible if neighbouring triangles extend
-// farther along this axis. In that case, there is no contact if hull and triangle are apart along
-// this axis. Otherwise, let o be the overlap of the hull with all triangles along this axis, and m
-// the overlap of hull and triangle along the best admissible axis. If o <= m, the axis of least
-// overlap gives one candidate for a contact, with the overlap o. If o > m, contacts have the
-// direction of the best admissible axis; they are deferred if m is far larger than the least
-// overlap. If no other contact overlaps, the candidate with the smallest o is added, together with
-// the deferred contacts whose m is less than this o.
+// farther along this axis, unless it is nearly parallel to the triangle's normal. If it is not
+// admissible, there is no contact if hull and triangle are apart along this axis. Otherwise, let o
+// be the overlap of the hull with all triangles along this axis, and m the overlap of hull and
+// triangle along the best admissible axis. If o <= m, the axis of least overlap gives one candidate
+// for a contact, with the overlap o. If o > m, contacts have the direction of the best admissible
+// axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
+// the candidate with the smallest o is added, together with the deferred contacts whose m is less
+// than this o.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -267,7 +267,7 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     const double angle = degrees * M_PI / 180.0, bound = 1.075 / std::cos(0.5 * angle);
     ClothRun run = triangle_with_angle(angle);
     // The two edges that enclose the angle fold together onto its bisector. No edge exceeds its
-    // limit, so only the membrane without limits opposes this motion.
+    // limit, so the limits cause no force.
     const double length = 0.05 * 1.0749;
     Points& x = run.state.x;
     x.setZero();

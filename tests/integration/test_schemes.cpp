@@ -185,7 +185,9 @@ TEST_CASE("the stable step of stretched cloth follows from its stiffening") {
       const double stiffening = stiffening_of_rank(elasticity, {}, x);
       const double rest = stable_step_at(model, mesh.vertices()), now = stable_step_at(model, x);
       CAPTURE(poisson, stretch.transpose(), stiffening, rest, now);
-      // Steps are chosen with a margin of a tenth, half of which modes that also shear may take.
+      // Automatic steps are at least a tenth shorter than the stable step that follows from
+      // `stiffening`. Because of modes that also shear, the stable step may be shorter than that by
+      // half of this margin.
       CHECK(now > 0.95 * rest / std::sqrt(stiffening));
       CHECK(stiffening < 2.0 * (rest / now) * (rest / now));
     }

@@ -11,7 +11,7 @@
 namespace loomstone {
 
 inline const Vec3 gravity(0, 0, -9.81);
-// A rotation about an axis that is parallel to no edge of a body.
+// A rotation about an axis that is parallel to no coordinate axis.
 inline const Mat3 turn = rotation_matrix(quaternion_from_rotation_vector(Vec3(0.3, -1.1, 0.7)));
 
 inline std::shared_ptr<const TriangleMesh> shared(TriangleMesh mesh) {

@@ -6,7 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest cost of one test [s]. A test that seems to take longer was probably interrupted.
+// Upper bound on the recorded cost of one test [s]. A test that seems to take longer was probably
+// interrupted.
 constexpr double most_seconds = 2e-5;
 
 struct ClusterCost {

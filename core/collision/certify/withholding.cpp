@@ -8,6 +8,7 @@ namespace loomstone {
 
 namespace {
 
+// Units and carriers are defined in displacements.h.
 constexpr double share_of_time = 0.8;  // fraction that a unit keeps of its motion up to the impact
 constexpr int partial_passes = 8;      // later passes withhold all of a unit's relative motion
 // Index of the last pass, counted from 0. The number of passes is bounded, because impacts that

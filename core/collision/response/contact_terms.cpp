@@ -94,8 +94,8 @@ constexpr Index contacts_at_once = 64;
 // A contact at the start of the step.
 struct AtStart {
   ActingOn acting;
-  // For share 1: stiffness in the normal direction [N/m], largest allowed slope of the normal
-  // force [N/m], and the normal force itself.
+  // Stiffness in the normal direction for share 1 [N/m], and largest allowed slope of the normal
+  // force times the share [N/m]. `normal` is the normal force for share 1.
   double stiffness = 0.0, steepest = 0.0;
   ContactForce normal{};
 };

@@ -50,8 +50,11 @@ struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
   // Feature pairs of intersecting triangles, one list for each ContactKind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
-  std::vector<int> contour_of_vertex;  // (n) Piercing::contour near the vertex, or -1
-  // (n) Index of the part with the vertex if the contours divide its surface into parts, or -1.
+  // (n) Piercing::contour near the vertex or, in a part that has passed through a surface, at the
+  // border of this part; -1: neither.
+  std::vector<int> contour_of_vertex;
+  // (n) Index of the part with the vertex if its surface is cut along this contour; -1 if there is
+  // no contour.
   std::vector<int> part;
   std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has passed through a surface
   std::vector<Retraction> retractions;

@@ -164,7 +164,7 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
 }
 
 // Adds the wrenches between single dipoles and the other bodies, except for pairs on one carrier.
-// The field of each of these bodies is evaluated at once at all dipoles that it acts on.
+// The field of each other body is evaluated at once at all single dipoles on which it acts.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
                            const std::vector<bool>& single, const std::vector<Index>& carrier,
                            const std::vector<KnownField>& known, std::vector<Wrench>& result) {

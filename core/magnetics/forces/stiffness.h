@@ -59,9 +59,9 @@ struct FixedMagnet {
 };
 // Adds the contribution of the force of a fixed magnet on soft spheres to `frequencies2`. The
 // stiffness is the moment of a sphere times the second derivative of the field. For a field that
-// falls as r^-3, this derivative is 4 / r times the gradient, and r is at least the sphere's
-// radius. If the magnet has at most 64 dipoles, a sum over them gives another bound, and the
-// smaller of the two bounds is used.
+// falls as r^-3 with the distance r from its source, this derivative is 4 / r times the gradient. A
+// bound follows because r is at least the sphere's radius. If the magnet has at most 64 dipoles, a
+// sum over them gives another bound, and the smaller of the two bounds is used.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

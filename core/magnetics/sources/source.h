@@ -95,8 +95,8 @@ class Source {
   // If this is an induced body whose charge varies within panels, returns the same body with the
   // charge density on each panel replaced by its mean. Returns null for all other sources.
   virtual SourcePtr panel_means() const { return nullptr; }
-  // Returns dipoles that produce the field outside the source (one for a sphere), or null if there
-  // are none.
+  // Returns dipoles that produce the field outside the source (one for a hard sphere), or null if
+  // there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
   // charged_panels() and cell_magnet() return the source itself if it consists of charged panels or
   // of dipole cells, and null otherwise.

@@ -29,8 +29,9 @@ constexpr double release_tolerance = 0.1;
 // scripts in the part. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps
 // its long steps, and pushed cloth gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
-// A part is shortened to the largest length for which the energy that contacts are expected to
-// create is at most this fraction of the tolerated energy, or to the shortest permitted length.
+// A part in which contacts create too much energy is shortened to the largest length at whose end
+// the expected gain of all energy since the account began, without the work of scripts and loads,
+// is at most this fraction of the tolerated energy, or to the shortest permitted length.
 constexpr double aim = 0.5;
 // Largest tolerated result of add_to_account() for a part of an asynchronous step, as a fraction of
 // the largest kinetic energy so far. Our choice.

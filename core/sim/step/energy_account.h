@@ -40,14 +40,15 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // loads, the energy that contacts have lost, and the energy that sweeps of strain limiting have
 // added. Contacts create energy if surfaces approach each other within a part, because the contact
 // force begins only at the end of the part. By then, the surfaces may be much closer than their
-// thickness. If contacts have created more energy than is tolerated, the part is shortened until
-// they are expected to create at most half of the tolerated energy. The tolerated energy is a
-// fraction of the largest kinetic energy so far or, if that is larger, of the energy of contacts at
-// the start of the part, because scripted surfaces may compress cloth that is at rest. If the step
-// is not automatic and scripted surfaces move, no part is shortened to less than a quarter of the
-// step. In shorter parts, impacts between cloth and scripted surfaces that approach the cloth
-// quickly remain unresolved. know_contacts() should have been called; otherwise contacts are found
-// again.
+// thickness. If the energy of contacts has risen in the part by more than is tolerated, and so has
+// all energy since the account began, without the work of scripts and loads, the part is shortened
+// until the latter rise is expected to be at most half of the tolerated energy. The tolerated
+// energy is a fraction of the largest kinetic energy so far or, if that is larger, of the energy of
+// contacts at the start of the part, because scripted surfaces may compress cloth that is at rest.
+// If the step is not automatic and scripted surfaces move, no part is shortened to less than a
+// quarter of the step. In shorter parts, impacts between cloth and scripted surfaces that approach
+// the cloth quickly remain unresolved. know_contacts() should have been called; otherwise contacts
+// are found again.
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
 // unless the part has the shortest permitted length.

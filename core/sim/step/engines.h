@@ -70,7 +70,8 @@ struct Engines {
   bool limits_in_solve = false;  // true: the implicit solve includes strain limits
   double recovery_rate = 0.0;    // see loomstone::recovery_rate() [1/s]
 
-  // Collective. Returns whether any triangle of any rank was in a limit phase in the last solve.
+  // Collective. Returns whether any triangle of any rank is in a limit phase in the solve of the
+  // current part.
   bool at_limits() const;
 };
 

@@ -129,17 +129,18 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // Returns whether the solve limits the strain of a cloth, too.
+  // Returns whether limits act in the solve and cloth k is not limited by its edges instead.
   bool limited_in_solve(std::size_t k) const {
     const ClothModel& cloth = *in_.cloth;
     const Index row = cloth.strain_limit_of[cloth.first_triangle[k]];
     return in_.limits_in_solve && (row < 0 || !cloth.strain_limits[row].edge);
   }
 
-  // Moves part of the corrections of a cloth to `at_rest` if they would otherwise increase its
-  // kinetic energy too much. The kinetic energy may rise to the value at which the whole cloth has
-  // the speed of the fastest vertex that sweeps do not move, because prescribed vertices pull cloth
-  // along. x1_ and `wanted` are the positions with and without the corrections.
+  // For each cloth whose limits act only after the solve, moves part of its corrections to
+  // `at_rest` if they would otherwise increase its kinetic energy too much. The kinetic energy may
+  // rise to the value at which the whole cloth has the speed of the fastest vertex that sweeps do
+  // not move, because prescribed vertices pull cloth along. x1_ and `wanted` are the positions with
+  // and without the corrections.
   void keep_kinetic_energy(const Points& wanted, const std::vector<Index>& held) {
     const ClothModel& cloth = *in_.cloth;
     Points& at_rest = report_.at_rest;

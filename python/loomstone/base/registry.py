@@ -31,9 +31,9 @@ class Units(pint.UnitRegistry[Any]):
 
     units["gf cm^2/cm"] is the quantity 1 gf cm^2/cm, which can be multiplied by a number or an
     array. Classes and functions of loomstone accept quantities of this or any other Pint registry
-    for parameters that have a unit. Plain numbers are in SI units. Angles are pure numbers (1
-    rad = 1), so 1 gf/(cm deg) equals 56.19 N/m. gf is gram-force, oz and lb are masses
-    (avoirdupois), and % is 0.01.
+    for parameters that have a unit. Plain numbers are in SI units, or in degrees for parameters
+    such as angle_degrees. Angles are pure numbers (1 rad = 1), so 1 gf/(cm deg) equals 56.19 N/m.
+    gf is gram-force, oz and lb are masses (avoirdupois), and % is 0.01.
     """
 
     def __getitem__(self, unit: str) -> Any:

@@ -57,8 +57,8 @@ def render_run(
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
     progress : function called with the number of pictures finished since its last call
-    stop : function called before every picture if jobs=1; drawing ends if it returns True
-    simulation : the run's simulation, for field lines; None: made from the stored magnets
+    stop : function called before every picture if one process draws; True ends drawing
+    simulation : source of field lines if one process draws; None: made from the stored magnets
 
     A fitted camera shows the surfaces of all drawn frames. If the whole run has been drawn with
     equal options, single frames use its camera. Automatic colours span the values of all frames.

@@ -78,8 +78,8 @@ def plot_steps(
     Energies of at most 1e-12 of the largest and stages that take at most 0.1 % of the time of all
     stages are left out, and so are curves of contacts, strains and iterations that are always 0.
 
-    Raises InvalidInput for an unknown kind or a table without the columns of strain, CacheError if
-    the picture cannot be written, and Unsupported without matplotlib.
+    Raises InvalidInput for an unknown kind, or for kind strain if the table lacks its columns,
+    CacheError if the picture cannot be written, and Unsupported without matplotlib.
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")

@@ -1,8 +1,8 @@
 """Scenes of runs that were started from Python, stored as data to let another process resume them.
 
-The file scene.npz holds the descriptions that make up the scene as JSON, and their arrays. Reading
-it executes no code from the file: only descriptions, meshes and magnetic sources of loomstone are
-made from it.
+The file scene.npz holds the descriptions that make up the scene (Scene, Cloth and so on) as JSON,
+and their arrays. Reading it executes no code from the file: only descriptions, meshes and magnetic
+sources of loomstone are made from it.
 """
 
 from __future__ import annotations

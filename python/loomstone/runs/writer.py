@@ -225,7 +225,7 @@ def open_writer(
 
 
 def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
-    """Checks that a run can be continued.
+    """Checks that a run can be continued, and reserves the directory of its pictures.
 
     If pictures are drawn and frames are kept, returns the first frame of the run.
     """

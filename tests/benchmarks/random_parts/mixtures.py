@@ -18,7 +18,7 @@ TIMES = np.linspace(0.0, 1.0, 21)  # times of all scripts [s]
 class Mixture:
     """The parts of a scene, and the words that describe it."""
 
-    size: float  # [m] largest side of the sheets
+    size: float  # [m] upper bound of the sides of the sheets
     cloths: list[ls.Cloth] = field(default_factory=list)
     obstacles: list[ls.Obstacle] = field(default_factory=list)
     bodies: list[ls.RigidBody] = field(default_factory=list)
@@ -142,7 +142,10 @@ def add_obstacles(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_bodies(random: np.random.Generator, mixture: Mixture) -> None:
-    """Adds up to four balls and boxes above the cloths. Some of them carry magnets or coils."""
+    """Adds up to four balls and boxes above the cloths.
+
+    Some of them carry a magnet, soft iron or a coil.
+    """
     size, top = mixture.size, mixture.highest()
     for index in range(int(random.choice([0, 0, 1, 2, 4]))):
         radius, name = size * random.uniform(0.04, 0.12), f"body {index}"
@@ -210,7 +213,7 @@ def attach(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def random_mixture(random: np.random.Generator) -> tuple[str, float, ls.Scene]:
-    """Returns a description, the largest side of the sheets [m] and the scene."""
+    """Returns a description, an upper bound of the sheets' sides [m] and the scene."""
     mixture = Mixture(between(random, 0.02, 1.0))
     add_cloths(random, mixture)
     add_obstacles(random, mixture)

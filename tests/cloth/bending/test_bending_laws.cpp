@@ -318,7 +318,7 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
-  CHECK(found >= 0.97 * exact);  // 3 % is harmless: explicit bending has a margin of 20 %
+  CHECK(found >= 0.97 * exact);  // 3 % is harmless: the largest explicit step has a margin of 20 %
   CHECK(free->largest_eigenvalue(mass) > 0.0);
 }
 

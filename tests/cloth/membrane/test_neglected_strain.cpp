@@ -41,8 +41,8 @@ std::vector<double> rest_areas(const TriangleMesh& mesh) {
   return areas;
 }
 
-// Returns u^T (A - B) u. A is the Jacobian of the forces at x. In B, the geometric term omits the
-// stress of the neglected strain of the motion `past`.
+// Returns u^T (A - B) u. A is the stiffness matrix at x. In B, the geometric term omits the stress
+// of the neglected strain of the motion `past`.
 double quadratic_difference(Sheet& s, const Points& x, const Points& u, PastMotion past) {
   const Index n = s.mesh.n_vertices();
   BlockMatrix whole = pattern(s.mesh), without = pattern(s.mesh);

@@ -335,8 +335,8 @@ def test_a_strip_takes_the_shape_of_least_energy_under_its_moment():
     d = np.array([[8e-6, 2e-6, 0], [2e-6, 2e-5, 0], [0, 0, 3e-6]])
     for degrees in (0, 30, 45, 71):
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-        # Maps the strip's curvatures (longitudinal, transverse, twist) to (k11, k22, 2 k12) in the
-        # weft-warp axes.
+        # Maps the strip's curvatures (longitudinal, transverse, twice the twist) to (k11, k22,
+        # 2 k12) in the weft-warp axes.
         turn = np.array(
             [[c * c, s * s, -c * s], [s * s, c * c, c * s], [2 * c * s, -2 * c * s, c * c - s * s]]
         )
