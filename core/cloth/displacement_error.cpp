@@ -41,7 +41,9 @@ DisplacementError::DisplacementError(const ClothModel& cloth, const Elasticity& 
     }
     double area = 0.0;
     for (Index t = first; t < last; ++t) area += area_of(cloth.corners[t]);
-    scales_[c].height = 0.5 * scales_[c].mass * gravity * std::sqrt(area);
+    const double length = std::sqrt(area);
+    scales_[c].height = 0.5 * scales_[c].mass * gravity * length;
+    scales_[c].fall_time = std::sqrt(length / gravity);
     // A cloth's vertices are divided among its blocks in proportion to their numbers of triangles.
     const auto vertex_at = [&](Index triangle) {
       return first_vertex + static_cast<Index>(static_cast<std::int64_t>(n_vertices) *
@@ -89,8 +91,8 @@ StepError DisplacementError::evaluate(const Team& team, const Points* start, con
   return error;
 }
 
-double DisplacementError::dissipation(const Team& team, const Points& x1, const Points& v0,
-                                      const Points& v1, double h) {
+std::vector<Damping> DisplacementError::damping(const Team& team, const Points& x1,
+                                                const Points& v0, const Points& v1, double h) {
   const bool known = end_.at(x1);
   gather(team, [&](const Block& block) {
     Sums sums = vertex_sums(block, nullptr, v1);
@@ -103,15 +105,16 @@ double DisplacementError::dissipation(const Team& team, const Points& x1, const 
         sums.energy += 0.5 * cloth_.mass[i] * (v1.row(i) - v0.row(i)).squaredNorm();
     return sums;
   });
-  double rate = 0.0;
+  std::vector<Damping> of_cloths;
   for (std::size_t b = 0; b < blocks_.size();) {
     const Scales& scales = scales_[blocks_[b].cloth];
     const Sums sums = total(b);
     const double energy = kinetic(sums, scales);
     if (sums.energy < resolved * energy)
-      rate = std::max(rate, sums.energy / (h * (energy + sums.elastic + scales.height)));
+      of_cloths.push_back(
+          {sums.energy / (h * (energy + sums.elastic + scales.height)), scales.fall_time});
   }
-  return rate;
+  return of_cloths;
 }
 
 template <class OfBlock>

@@ -25,6 +25,14 @@ struct StepError {
   double energy = 0.0;
 };
 
+// Damping of one cloth by implicit Euler.
+struct Damping {
+  double rate = 0.0;  // rate at which energy is removed, relative to the energy of the cloth [1/s]
+  // √(L / g), where L is the square root of the rest area and g the gravitational acceleration [s];
+  // infinite without gravity.
+  double fall_time = 0.0;
+};
+
 // Evaluates the error of steps. Each rank evaluates its triangles (mesh_part.h), and block sums are
 // added in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
@@ -38,8 +46,7 @@ class DisplacementError {
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the largest rate, over all cloths, at which implicit Euler removes energy from a cloth,
-  // relative to the energy of this cloth [1/s]. In the time h [s], implicit Euler removes
+  // Returns the damping of each cloth in a time h [s]. In this time, implicit Euler removes
   // 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The energy of a cloth is
   // the sum of its kinetic energy (see StepError::energy), its membrane energy and 1/2 M g L, where
   // M is its mass and L the square root of its rest area. A cloth is omitted if the step does not
@@ -47,8 +54,8 @@ class DisplacementError {
   // end [m], and v0 and v1 (n x 3) the velocities at the start and at the end [m/s]. The membrane
   // energy at x1 is reused if the last call of over() ended at x1 and no call of at() followed.
   // Collective.
-  double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
-                     double h);
+  std::vector<Damping> damping(const Team& team, const Points& x1, const Points& v0,
+                               const Points& v1, double h);
 
   std::size_t bytes() const { return bytes_of(blocks_, offsets_, scales_, sums_, end_); }
 
@@ -57,10 +64,10 @@ class DisplacementError {
   struct Block {
     Index cloth = 0, first_triangle = 0, last_triangle = 0, first_vertex = 0, last_vertex = 0;
   };
-  // Results of a block for a displacement u. at() and dissipation() use velocities in place of u.
+  // Results of a block for a displacement u. at() and damping() use velocities in place of u.
   struct Sums {
     // Largest eigenvalue of the neglected strain [1], and the membrane energy of this strain,
-    // summed over the triangles [J]. In dissipation(), `energy` is the energy that implicit Euler
+    // summed over the triangles [J]. In damping(), `energy` is the energy that implicit Euler
     // removes.
     double strain = 0.0, energy = 0.0;
     double elastic = 0.0;            // membrane energy at the end of the motion [J]; unused in at()
@@ -70,7 +77,8 @@ class DisplacementError {
   };
   struct Scales {
     double mass = 0.0, mass_of_prescribed = 0.0;  // [kg]
-    double height = 0.0;                          // 1/2 M g L as in dissipation() [J]
+    double height = 0.0;                          // 1/2 M g L as in damping() [J]
+    double fall_time = 0.0;                       // see Damping [s]
   };
 
   // Returns the error of a step of length h [s] with the displacement (end - start) * time, or

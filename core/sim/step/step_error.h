@@ -34,7 +34,8 @@ PartResult shortened_for_gain(int longest);
 // none, from a motion at the current velocities.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
-// Stores in `cloth` the length that `error`, the error of `part`, allows for the next part.
+// Stores in `cloth` the length that `error`, the error of `part`, allows for the next part. In
+// steps of given length, the damping of implicit Euler limits it too.
 void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
                  ClothState& cloth);
 
