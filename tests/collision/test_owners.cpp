@@ -34,7 +34,7 @@ TestScene sheets_on_table(Index cells) {
 // positions and the results of approach().
 struct Results {
   std::vector<double> numbers;
-  std::int64_t contacts = 0, impacts = 0, unlisted = 0;
+  std::int64_t contacts = 0, impacts = 0;
   bool operator==(const Results&) const = default;
 
   void add(const std::vector<Contact>& found) {

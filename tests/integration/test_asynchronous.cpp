@@ -259,7 +259,7 @@ TEST_CASE("energy of a swinging sheet does not drift with nested steps") {
   start(run, options);
   const double begin = run.energy();
   double peak = 0.0, middle = 0.0, last = 0.0;
-  const int n = 4000, tenth = n / 10;  // 10 s
+  const int n = 4000, tenth = n / 10;  // n intervals last 10 s
   for (int i = 0; i < n; ++i) {
     run.advance();
     peak = std::max(peak, run.kinetic_energy());

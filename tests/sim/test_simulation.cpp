@@ -160,7 +160,6 @@ TEST_CASE("a step that throws cloth away is reported with the vertex that moved 
 
 TEST_CASE("surfaces without a name get a unique one") {
   Scene scene = drape(4);
-  scene.cloths.resize(1, scene.cloths[0]);
   Cloth second = scene.cloths[0];
   second.mesh = share(second.mesh->moved(Vec3(0, 0, 0.2)));
   scene.cloths.push_back(second), scene.cloths.push_back(second);
@@ -444,7 +443,6 @@ TEST_CASE(
       lowest = std::min(lowest, sim.positions().col(2).minCoeff());
     }
     CHECK(lowest > 0.0);
-    if (!damped) continue;  // the midpoint rule conserves energy, so the cloth bounces
     CHECK(sim.report().contacts.near > 20);
     const Vector z = sim.positions().col(2);
     CHECK(z.maxCoeff() < 1.5 * thickness);

@@ -23,7 +23,7 @@ integrator = ls.SemiImplicitEuler(step=4e-3)
 def scene():
     return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(6, 6)), pins=[0])])
 def control(sim):
-    while sim.step_index == 25 and not os.path.exists("go"):  # two frames are written
+    while sim.step_index == 25 and not os.path.exists("go"):  # three frames are written
         time.sleep(0.01)
 """
 # Program that starts a child process, which outlives it, and then kills itself by SIGKILL.
