@@ -72,7 +72,7 @@ class GltfFile:
         """
         accessor = self.item("accessors", index, of)
         columns = _COLUMNS[accessor.type]
-        values: NDArray[Any] = np.zeros((accessor.count, columns))
+        values: NDArray[Any] = np.zeros((accessor.count, columns), _TYPES[accessor.componentType])
         if accessor.bufferView is not None:
             values = self._values(accessor, accessor.count, columns, of)
         if accessor.sparse is not None:
