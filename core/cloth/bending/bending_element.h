@@ -14,7 +14,7 @@ constexpr auto choices(BendingElement) {
                  "agrees with beam theory within 1 % along any direction"},
       ChoiceName{
           BendingElement::Hinge, "hinge",
-          "rigidity is wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed "
+          "rigidity is wrong by up to 20 % along the axes of grids, by 4 to 17 % on smoothed "
           "irregular meshes, and by a factor of 2 at 45 degrees to a grid"}};
 }
 
