@@ -109,7 +109,8 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   return rigid / (inputs.step * inputs.step * std::max(inverse_mass, 1e-300));
 }
 
-// Returns the normal force, for share 1.
+// Returns the normal force at the start of the step, not multiplied by the share. The share only
+// affects the gap below which the force is linear.
 ContactForce normal_at_start(const Contact& contact, const AtStart& start, double share) {
   const double linear = steepest_gap(contact.thickness, share * start.stiffness, start.steepest);
   return extended_force({contact.distance, linear}, contact.thickness, start.stiffness);

@@ -1,7 +1,7 @@
-// Moves each piercing edge whose way out is known out of the triangle it pierces, either by terms
-// added to the implicit solve or by impulses. The forces or impulses on edge and triangle are
-// equal and opposite and act at their common point. untangling_terms() also accelerates the
-// vertices of retracted surfaces.
+// Moves each piercing edge out of the triangle that it pierces, if the direction in which it must
+// move is known. This is done by terms added to the implicit solve, or by impulses. The forces or
+// impulses on edge and triangle are equal and opposite and act at their common point.
+// untangling_terms() also accelerates the vertices of retracted surfaces.
 #pragma once
 
 #include <vector>

@@ -42,8 +42,8 @@ class ElementSteps {
   // a unit of tension adds. With a limit potential, steps are so short that the predicted change of
   // strain in a step is at most 0.1. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
-  // Step of triangle t [s] at the strains that at() has computed. Each mode is in its phase at
-  // these strains or in its entry of `phases`, whichever is higher.
+  // Step of triangle t [s], for the strains at x in the last call of at(). Each mode is in the
+  // higher of two phases: its phase at these strains, and its entry of `phases`.
   double step_in_phases(Index t, const LimitPhases& phases) const;
   // Returns the first triangle whose strain at x is not finite or whose step in `steps` (m) [s] is
   // longer than its stability limit; -1 if there is none.

@@ -225,9 +225,11 @@ def open_writer(
 
 
 def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
-    """Checks that a run can be continued, and reserves the directory of its pictures.
+    """Checks that a run can be continued. If pictures are drawn, reserves their directory.
 
-    If pictures are drawn and frames are kept, returns the first frame of the run.
+    following : index of the first frame that the continued run writes
+
+    Returns the first frame of the run, or None if no pictures are drawn or `following` is 0.
     """
     _check_rate(directory, options.rate)
     if not options.render:
