@@ -135,7 +135,8 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
   c.def_property_readonly("step_size", &S::step_size,
                           "length of a step, or largest length of automatic steps [s]");
-  c.def_property_readonly("report", &S::report, "StepReport of the last step");
+  c.def_property_readonly("report", &S::report, py::return_value_policy::copy,
+                          "StepReport of the last step. Later steps do not change it.");
   c.def("keep_collision_motion", &S::keep_collision_motion, py::arg("keep"),
         "Sets whether the motion that certification receives in each step is kept for "
         "collision_motion().");

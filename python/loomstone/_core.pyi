@@ -1830,7 +1830,7 @@ class Cloth:
     material : ClothMaterial
     rest : rest lengths: uv (lengths of the pattern: uv in metres [m]) | mesh (lengths of the mesh: uv give only the directions); default 'uv'
     rest_angles : rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
-    bending : bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
+    bending : bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 20 % along the axes of grids, by 4 to 17 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
     script_positions : (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
@@ -1910,7 +1910,7 @@ class Cloth:
     @property
     def bending(self) -> typing.Literal["mid-edge", "hinge"]:
         """
-        bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
+        bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 20 % along the axes of grids, by 4 to 17 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
         """
     @property
     def friction(self) -> float:
@@ -4492,7 +4492,7 @@ class Simulation:
     @property
     def report(self) -> StepReport:
         """
-        StepReport of the last step
+        StepReport of the last step. Later steps do not change it.
         """
     @property
     def state(self) -> State:

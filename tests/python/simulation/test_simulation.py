@@ -73,6 +73,17 @@ def test_frames_come_at_their_times_whatever_the_step_is(hanging):
     assert 0 < frames[2].step < later[0].step < later[1].step == sim.step_index
 
 
+def test_a_report_that_is_kept_remains_that_of_its_step(hanging):
+    sim = ls.Simulation(hanging, integrator=ls.SemiImplicitEuler(step=2e-3))
+    kept, kinetic = [], []
+    for _ in range(3):
+        sim.step()
+        kept.append(sim.report)
+        kinetic.append(sim.report.energy.kinetic)
+    assert [report.step for report in kept] == [1, 2, 3]
+    assert [report.energy.kinetic for report in kept] == kinetic and 0 < kinetic[0] < kinetic[2]
+
+
 def test_two_frames_within_one_step_lie_on_a_line(hanging):
     sim = ls.Simulation(hanging, integrator=ls.SemiImplicitEuler(step=0.01))
     a, b, c = list(sim.frames(duration=0.01, rate=200))
