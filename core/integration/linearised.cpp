@@ -59,15 +59,20 @@ class LinearisedIntegrator final : public Integrator {
   bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   double time_of_forces() const override { return taken_ == Scheme::Midpoint ? 0.5 : 1.0; }
+  const ExtraTerms* terms_of_second_solve() const override {
+    return solved_again_ ? &terms_ : nullptr;
+  }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
     // Length of this step divided by the length of the last step, or 1 if that is unknown. BDF-2
-    // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large or there is no
-    // history, it takes a midpoint step.
+    // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large, or if there is no
+    // history or it must not be used, it takes a midpoint step.
     const double ratio = state.change_scale(inputs.step);
-    const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
-    const bool damp = inputs.damped || (scheme_ == Scheme::Midpoint && inputs.in_contact());
+    const bool has_history =
+        state.previous_x.rows() == model_.n_vertices && ratio < 2.4 && !inputs.couples_bodies;
+    const bool damp = inputs.damped || (inputs.in_contact() &&
+                                        (scheme_ == Scheme::Midpoint || inputs.couples_bodies));
     const Scheme undamped = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
     const Scheme scheme = damp ? Scheme::BackwardEuler : undamped;
     taken_ = scheme;
@@ -215,6 +220,7 @@ class LinearisedIntegrator final : public Integrator {
     add_terms(step, step.inputs);
     LinearReport solved = solve(step, step.inputs, rough, Unchanged::Nothing);
     int iterations = solved.iterations;
+    solved_again_ = false;
     if (asks && solved.converged) {
       StepInputs again = step.inputs;
       terms_ = *step.inputs.terms;
@@ -222,6 +228,7 @@ class LinearisedIntegrator final : public Integrator {
           (*step.inputs.friction_at)(displacement_ + step.c.c_k / step.c.sigma * step.change,
                                      step.c.time, terms_) >= friction_tolerance;
       if (wrong) {
+        solved_again_ = true;
         again.terms = &terms_;
         add_terms(step, again);
       }
@@ -297,7 +304,8 @@ class LinearisedIntegrator final : public Integrator {
   SolveMemory memory_;  // reused storage; no results carry over between steps
   // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
-  ExtraTerms terms_;  // terms with the friction of the second solve
+  ExtraTerms terms_;           // terms with the friction of the second solve
+  bool solved_again_ = false;  // true: there was a second solve in the last step
   OwnRows rhs_;
   Points rhs_with_terms_, displacement_, drift_, next_x_, next_v_;
 };

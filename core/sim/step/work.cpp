@@ -130,12 +130,11 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
   const double time = engines.integrator->time_of_forces();
   // Newton schemes solve with the exact law of contacts, and other schemes with a linearised law.
   const bool newton = engines.integrator->asks_energy();
-  const Points moved = time * displacement;
   if (newton)
-    terms_at(near, engines, moved, time * part.h, TermRequest::Derivative, near.terms);
-  else
-    near.contact_terms.friction_at(engines.team, moved, time * part.h, engines.model.inverse_mass,
-                                   near.terms);
+    terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative,
+             near.terms);
+  else if (const ExtraTerms* const again = engines.integrator->terms_of_second_solve())
+    near.terms = *again;
   std::vector<std::array<Vec3, 2>> terms(near.terms.size() - near.n_attachments);
   parallel_for(
       engines.team, static_cast<Index>(terms.size()),
