@@ -9,6 +9,7 @@
 #include "core/mesh/adjacency.h"
 #include "core/mesh/generators.h"
 #include "core/mesh/mesh_file.h"
+#include "core/mesh/polygons.h"
 #include "core/mesh/spatial_query.h"
 
 namespace loomstone {
@@ -188,6 +189,9 @@ void bind_mesh(py::module_& m) {
   bind_triangle_mesh(m);
   bind_generators(m);
   bind_queries(m);
+  m.def("split_polygons", &split_polygons, py::arg("corners"), py::arg("start"),
+        "Returns the triangles of polygons as rows of corners (c x 3); polygon p has the corners "
+        "start[p] to start[p + 1] - 1. Raises InvalidInput if an outline crosses itself.");
   m.def("read_mesh", &read_mesh, py::arg("path"), py::kw_only(), py::arg("with_uv") = true,
         "Reads a TriangleMesh from an OBJ or PLY file. with_uv=False omits rest coordinates.");
   m.def(

@@ -16,10 +16,18 @@ namespace loomstone {
 
 // A mesh as read from a file, not validated.
 struct RawMesh {
+  // A face with more than three corners. The parsers split it into the triangles {0, k - 1, k} of
+  // its corners, with k from 2.
+  struct Polygon {
+    std::size_t first_triangle, n_corners;
+    const char* unit;  // "line" or "face": what `number` counts in the file
+    std::int64_t number;
+  };
   std::vector<double> vertices;     // (n x 3)
   std::vector<double> uv;           // (k x 2)
   std::vector<Index> triangles;     // (m x 3) vertex indices from 0
   std::vector<Index> uv_triangles;  // (m x 3) rows of uv, or empty
+  std::vector<Polygon> polygons;
 };
 
 // The readers parse the content of a file; `name` is the name of the file in messages. The writers

@@ -10,6 +10,7 @@
 
 #include "core/base/message.h"
 #include "core/mesh/file_formats.h"
+#include "core/mesh/polygons.h"
 
 namespace loomstone {
 namespace {
@@ -71,13 +72,42 @@ Array as_rows(const std::vector<Value>& values) {
       Array::ColsAtCompileTime);
 }
 
+// Replaces the triangles of polygons where those around the first corner overlap.
+void split_concave(RawMesh& raw, const std::string& path) {
+  for (const RawMesh::Polygon& polygon : raw.polygons) {
+    // Returns the corners of the polygon in a table of triangles.
+    const auto corners_in = [&](const std::vector<Index>& triangles) {
+      const Index* const first = triangles.data() + 3 * polygon.first_triangle;
+      std::vector<Index> corners{first[0], first[1]};
+      for (std::size_t k = 2; k < polygon.n_corners; ++k) corners.push_back(first[3 * k - 4]);
+      return corners;
+    };
+    const std::vector<Index> vertices = corners_in(raw.triangles);
+    std::vector<Vec3> positions;
+    for (const Index vertex : vertices)
+      positions.push_back(Eigen::Map<const Vec3>(raw.vertices.data() + 3 * vertex));
+    const std::vector<std::array<int, 3>> split = split_polygon(positions);
+    if (split.empty())
+      fail<CacheError>("{}, {} {}: the outline of a face must not cross itself; correct the file",
+                       path, polygon.unit, polygon.number);
+    const auto replace = [&](std::vector<Index>& triangles, const std::vector<Index>& corners) {
+      for (std::size_t t = 0; t < split.size(); ++t)
+        for (int k = 0; k < 3; ++k)
+          triangles[3 * (polygon.first_triangle + t) + k] = corners[split[t][k]];
+    };
+    if (!raw.uv_triangles.empty()) replace(raw.uv_triangles, corners_in(raw.uv_triangles));
+    replace(raw.triangles, vertices);
+  }
+}
+
 }  // namespace
 
 TriangleMesh read_mesh(const std::string& path, bool with_uv) {
   const Format format = format_of(path);
   const std::string content = whole_file(path);
-  const RawMesh raw =
+  RawMesh raw =
       format == Format::Obj ? parse_obj(content, path, with_uv) : parse_ply(content, path, with_uv);
+  split_concave(raw, path);
   try {
     return TriangleMesh(as_rows<Points>(raw.vertices), as_rows<Triangles>(raw.triangles),
                         as_rows<Points2>(raw.uv), as_rows<Triangles>(raw.uv_triangles));

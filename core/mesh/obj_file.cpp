@@ -105,6 +105,8 @@ class ObjParser {
                         "ignores them)");
       }
     }
+    if (corners_.size() > 3)
+      raw_.polygons.push_back({lines_of_triangles_.size(), corners_.size(), "line", line_});
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       for (const std::size_t c : {std::size_t{0}, k - 1, k}) {
         raw_.triangles.push_back(static_cast<Index>(corners_[c].vertex));

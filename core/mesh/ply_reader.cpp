@@ -143,6 +143,8 @@ class PlyParser {
       malformed_row(
           formatted("texcoord must have 2 numbers per corner, got {}", corner_values_.size()));
     }
+    if (corners_.size() > 3)
+      raw_.polygons.push_back({raw_.triangles.size() / 3, corners_.size(), "face", row_});
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       for (const std::size_t c : {std::size_t{0}, k - 1, k}) {
         if (!(corners_[c] >= 0.0 && corners_[c] <= std::numeric_limits<Index>::max()) ||

@@ -135,6 +135,7 @@ __all__: list[str] = [
     "soft_cylinder",
     "soft_mesh",
     "soft_sphere",
+    "split_polygons",
     "threads_in_environment",
     "wave_bar",
     "write_checkpoint",
@@ -4970,6 +4971,14 @@ def soft_sphere(
     saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     degree: typing.SupportsInt | typing.SupportsIndex = 0,
 ) -> SoftBody: ...
+def split_polygons(
+    corners: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+    start: numpy.typing.ArrayLike,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
+    """
+    Returns the triangles of polygons as rows of corners (c x 3); polygon p has the corners start[p] to start[p + 1] - 1. Raises InvalidInput if an outline crosses itself.
+    """
+
 def threads_in_environment() -> int:
     """
     Number of threads in OMP_NUM_THREADS (the first number of a list); 0 if it is unset or invalid.

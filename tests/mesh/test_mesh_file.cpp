@@ -107,7 +107,8 @@ TEST_CASE("OBJ and PLY give back the same bits, panels and their seams included"
 }
 
 TEST_CASE(
-    "OBJ: polygons are cut into fans, negative indices count back, all corner forms and odd lines "
+    "OBJ: convex polygons are cut into fans, negative indices count back, all corner forms and odd "
+    "lines "
     "are read") {
   const Folder folder;
   const std::string path = folder.file(
@@ -124,6 +125,36 @@ TEST_CASE(
   const std::string marked =
       folder.file("marked.obj", "\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   CHECK(read_mesh(marked).n_vertices() == 3);  // the first line begins with a byte-order mark
+}
+
+TEST_CASE("concave faces of OBJ and PLY files are covered once, and keep their uv") {
+  const Folder folder;
+  // An L, whose first corner sees only a part of it.
+  const std::string corners = "2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 0\n";
+  std::string obj = "f 1/1 2/2 3/3 4/4 5/5 6/6\n", line;
+  std::istringstream lines(corners);
+  while (std::getline(lines, line)) obj += "v " + line + "\nvt " + line + "\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float "
+      "z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+      corners + "6 0 1 2 3 4 5\n";
+  for (const std::string& path : {folder.file("l.obj", obj), folder.file("l.ply", ply)}) {
+    const TriangleMesh mesh = read_mesh(path);
+    REQUIRE(mesh.n_triangles() == 4);
+    double area = 0.0;
+    for (const auto& t : mesh.triangles().rowwise()) {
+      const Vec3 a = mesh.vertices().row(t[0]), b = mesh.vertices().row(t[1]),
+                 c = mesh.vertices().row(t[2]);
+      CHECK((b - a).cross(c - a).z() > 0.0);
+      area += 0.5 * (b - a).cross(c - a).z();
+    }
+    CHECK(area == Approx(3.0));
+    if (mesh.has_uv()) CHECK(mesh.uv_triangles() == mesh.triangles());
+  }
+  CHECK_THROWS_WITH(
+      read_mesh(folder.file("crossed.obj",
+                            "v 0 0 0\nv 3 0 0\nv 1 1 0\nv 2 1.2 0\nv 0 -1 0\nf 1 2 3 4 5\n")),
+      Catch::Contains("crossed.obj, line 6: the outline of a face must not cross itself"));
 }
 
 TEST_CASE("malformed OBJ files are refused with file and line") {

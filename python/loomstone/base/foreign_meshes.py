@@ -9,7 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .. import _core
 from .._core import InvalidInput, TriangleMesh
 
 __all__ = ["converted", "triangles_of_cells"]
@@ -23,8 +25,8 @@ _IGNORED = ("vertex", "line", "line3")
 def converted(value: Any) -> TriangleMesh | None:
     """Returns a trimesh.Trimesh or meshio.Mesh as TriangleMesh, or None for any other object.
 
-    Vertices [m] keep their order. Polygons are split into fans of triangles around their first
-    corner. Texture coordinates are left out, because the uv of a TriangleMesh are lengths [m].
+    Vertices [m] keep their order. Polygons are split into triangles. Texture coordinates are left
+    out, because the uv of a TriangleMesh are lengths [m].
 
     Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or polygons, with
     curved triangles or quads, or with triangles that TriangleMesh rejects.
@@ -39,17 +41,20 @@ def converted(value: Any) -> TriangleMesh | None:
             " its meshes, scene.geometry[NAME], or all of them joined, scene.to_mesh()"
         )
     if ("meshio", "Mesh") in classes:
-        faces = triangles_of_cells(value.cells)
         points = np.asarray(value.points, float)
-        return TriangleMesh(np.c_[points, np.zeros((len(points), 3))][:, :3], faces)
+        points = np.c_[points, np.zeros((len(points), 3))][:, :3]
+        return TriangleMesh(points, triangles_of_cells(value.cells, points))
     return None
 
 
-def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into fans.
+def triangles_of_cells(cells: Any, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into triangles.
+
+    points : (n x 3) positions of the vertices
 
     Other cells, such as points, lines and tetrahedra, are ignored. Raises InvalidInput if there are
-    no flat triangles or polygons, or if there are curved ones, such as triangle6 and quad8.
+    no flat triangles or polygons, if there are curved ones, such as triangle6 and quad8, or if the
+    outline of a polygon crosses itself.
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]
@@ -59,10 +64,13 @@ def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
             "a mesh must consist of flat triangles or polygons, got cells of"
             f" {', '.join(kinds) or 'no kind'}; extract the surface first"
         )
-    return np.concatenate([_fans(corners) for corners in faces])
+    return np.concatenate([_split(corners, points) for corners in faces])
 
 
-def _fans(corners: np.ndarray[Any, np.dtype[np.int64]]) -> np.ndarray[Any, np.dtype[np.int64]]:
+def _split(corners: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
     """Splits polygons (m x k) with equal numbers of corners into triangles ((k - 2) m x 3)."""
-    parts = [corners[:, [0, k - 1, k]] for k in range(2, corners.shape[1])]
-    return np.stack(parts, 1).reshape(-1, 3)
+    if corners.shape[1] == 3:
+        return corners
+    start = corners.shape[1] * np.arange(len(corners) + 1)
+    all_corners = corners.ravel()
+    return all_corners[_core.split_polygons(points[all_corners], start)]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._core import CacheError, Error, InvalidInput
 from .extras import imported
 from .parts import MALFORMED, Part, sample_times
@@ -20,7 +21,7 @@ __all__ = ["read_usd"]
 def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
     """Returns all visible meshes of a file over time, and the times [s], which begin at 0.
 
-    Lengths are converted to metres and the up axis to z. Polygons are split into fans of triangles.
+    Lengths are converted to metres and the up axis to z. Polygons are split into triangles.
     The control mesh of a subdivision surface is taken as it is.
 
     rate : samples per second [1/s]; None: one per time code
@@ -159,26 +160,27 @@ def _part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
         frames.append((points @ world[:3, :3] + world[3, :3]) @ to_metres)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(float(codes[0])) or [], int)
     corners = np.array(indices.Get(float(codes[0])) or [], int)
-    triangles = _triangles(where, counts, corners, len(frames[0]))
+    triangles = _triangles(where, counts, corners, frames[0])
     left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
     if left != (np.linalg.det(world[:3, :3]) < 0.0):
         triangles = triangles[:, ::-1]
     return Part(mesh.GetPrim().GetName(), triangles, np.array(frames))
 
 
-def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: int) -> Indices:
-    """Splits polygons into fans of triangles, each around the first corner of its polygon."""
+def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: Floats) -> Indices:
+    """Splits polygons into triangles; `points` (n x 3) are those of the first frame."""
     if (
         np.any(counts < 0)
         or counts.sum() != len(corners)
-        or np.any((corners < 0) | (corners >= points))
+        or np.any((corners < 0) | (corners >= len(points)))
     ):
         raise InvalidInput(
             f"{where}: the corner counts of its {len(counts)} faces must add up to {len(corners)},"
-            f" and each corner must be one of its {points} points"
+            f" and each corner must be one of its {len(points)} points"
         )
-    number = np.maximum(counts - 2, 0)  # number of triangles of each face
-    first = np.repeat(np.cumsum(counts) - counts, number)
-    k = np.arange(len(first)) - np.repeat(np.cumsum(number) - number, number)
-    fans: Indices = corners[np.column_stack([first, first + k + 1, first + k + 2])]
-    return fans
+    start = np.append(0, np.cumsum(counts))
+    try:
+        triangles: Indices = corners[_core.split_polygons(points[corners], start)]
+    except InvalidInput as error:
+        raise InvalidInput(f"{where}: {error}") from None
+    return triangles

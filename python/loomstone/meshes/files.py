@@ -16,7 +16,7 @@ __all__ = ["read", "write"]
 
 @takes()
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
-    """Reads a TriangleMesh from a file; polygons are split into fans.
+    """Reads a TriangleMesh from a file; polygons are split into triangles.
 
     OBJ and PLY need no other package. From USD (extra `usd`) and glTF (extra `gltf`), all visible
     meshes are read as one, in the first frame (USD) or at rest (glTF), in metres and with z up.
@@ -42,7 +42,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
         ) from None
     try:
         content = meshio.read(path)
-    except (meshio.ReadError, OSError, SystemExit) as error:
+    except (Exception, SystemExit) as error:  # its readers raise errors of all kinds
         raise _core.CacheError(f"{path}: cannot be read as a mesh: {error}") from error
     try:
         mesh = converted(content)

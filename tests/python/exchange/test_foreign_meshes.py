@@ -37,13 +37,18 @@ def test_meshes_of_trimesh_and_meshio_are_accepted_as_triangle_meshes(box, tmp_p
     assert np.array_equal(ls.magnetics.field([source], at), ls.magnetics.field([ours], at))
 
 
-def test_polygons_of_meshio_are_split_into_fans(tmp_path):
+def test_polygons_of_meshio_are_split_into_triangles(tmp_path):
     quads = meshio.Mesh(POINTS, [("quad", QUADS)])
     wanted = [[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]]
     mesh = ls.Cloth(mesh=quads).mesh
     assert np.array_equal(mesh.triangles, wanted) and not mesh.vertices[:, 2].any()
     meshio.write(tmp_path / "quads.vtk", meshio.Mesh(np.c_[POINTS, 0 * POINTS[:, 0]], quads.cells))
     assert np.array_equal(ls.meshes.read(tmp_path / "quads.vtk").triangles, wanted)
+    dart = np.array([[2.0, 0, 0], [0.3, 0.3, 0], [0, 2, 0], [0, 0, 0]])
+    concave = ls.Cloth(mesh=meshio.Mesh(dart, [("quad", [[0, 1, 2, 3]])])).mesh
+    corners = concave.vertices[concave.triangles]
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    assert (doubled > 0).all() and doubled.sum() == pytest.approx(1.2)
 
 
 @pytest.mark.parametrize(

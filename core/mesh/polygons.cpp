@@ -1,0 +1,112 @@
+#include "core/mesh/polygons.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "core/base/message.h"
+
+namespace loomstone {
+
+namespace {
+
+// Area below which a triangle counts as having none, as a fraction of the sum of the squares of the
+// polygon's edges. Smaller areas are rounding errors.
+constexpr double rounding = 1e-14;
+
+using Fan = std::vector<std::array<int, 3>>;
+
+Fan fan_of(int n) {
+  Fan fan;
+  for (int k = 2; k < n; ++k) fan.push_back({0, k - 1, k});
+  return fan;
+}
+
+// Twice the area of a triangle, positive if its corners are counter-clockwise.
+double area2(const Vec2& a, const Vec2& b, const Vec2& c) {
+  return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
+}
+
+// Returns the corners in the plane of the polygon's area vector, in which it is counter-clockwise.
+std::vector<Vec2> flattened(const std::vector<Vec3>& corners, const Vec3& area) {
+  const Vec3 n = area.normalized(), u = n.unitOrthogonal(), v = n.cross(u);
+  std::vector<Vec2> flat;
+  for (const Vec3& corner : corners) {
+    const Vec3 from_first = corner - corners[0];
+    flat.emplace_back(u.dot(from_first), v.dot(from_first));
+  }
+  return flat;
+}
+
+// Returns whether the triangle at place i of the outline `left` lies inside the polygon.
+bool is_ear(const std::vector<Vec2>& flat, const std::vector<int>& left, std::size_t i,
+            double least) {
+  const std::size_t n = left.size(), before = (i + n - 1) % n, after = (i + 1) % n;
+  const Vec2 &a = flat[left[before]], &b = flat[left[i]], &c = flat[left[after]];
+  if (area2(a, b, c) <= least) return false;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (k == before || k == i || k == after) continue;
+    const Vec2& p = flat[left[k]];
+    if (p == a || p == b || p == c) continue;
+    if (area2(a, b, p) >= 0 && area2(b, c, p) >= 0 && area2(c, a, p) >= 0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) {
+  const int n = static_cast<int>(corners.size());
+  Fan triangles = fan_of(n);
+  if (n <= 3) return triangles;
+  Vec3 area = Vec3::Zero();  // twice the area vector
+  double squares = 0.0;
+  for (int k = 0; k < n; ++k) {
+    const Vec3 &here = corners[k], &next = corners[(k + 1) % n];
+    area += (here - corners[0]).cross(next - corners[0]);
+    squares += (next - here).squaredNorm();
+  }
+  const double least = rounding * squares;
+  // Checks of the mesh refuse triangles without area and coordinates that are not finite.
+  if (!(area.norm() > least)) return triangles;
+  const std::vector<Vec2> flat = flattened(corners, area);
+  const auto lies_right = [&](const std::array<int, 3>& t) {
+    return area2(flat[t[0]], flat[t[1]], flat[t[2]]) > least;
+  };
+  if (std::all_of(triangles.begin(), triangles.end(), lies_right)) return triangles;
+  triangles.clear();
+  std::vector<int> left(n);
+  for (int k = 0; k < n; ++k) left[k] = k;
+  for (std::size_t i = 0, tried = 0; left.size() > 3;) {
+    i %= left.size();
+    if (tried == left.size()) return {};
+    if (!is_ear(flat, left, i, least)) {
+      ++i, ++tried;
+      continue;
+    }
+    const std::size_t size = left.size();
+    triangles.push_back({left[(i + size - 1) % size], left[i], left[(i + 1) % size]});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
+    tried = 0;
+    ++i;  // the next ear is cut off elsewhere, so that not all triangles share a corner
+  }
+  triangles.push_back({left[0], left[1], left[2]});
+  if (!lies_right(triangles.back())) return {};
+  return triangles;
+}
+
+Triangles split_polygons(const Points& corners, const std::vector<Index>& start) {
+  std::vector<Index> rows;
+  std::vector<Vec3> polygon;
+  for (std::size_t p = 0; p + 1 < start.size(); ++p) {
+    polygon.clear();
+    for (Index c = start[p]; c < start[p + 1]; ++c) polygon.push_back(corners.row(c).transpose());
+    const Fan triangles = split_polygon(polygon);
+    require(!triangles.empty() || polygon.size() < 3,
+            "face {}: its outline must not cross itself; correct the mesh", p);
+    for (const auto& triangle : triangles)
+      for (const int corner : triangle) rows.push_back(start[p] + corner);
+  }
+  return Eigen::Map<const Triangles>(rows.data(), static_cast<Eigen::Index>(rows.size()) / 3, 3);
+}
+
+}  // namespace loomstone
