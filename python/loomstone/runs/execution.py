@@ -14,7 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .._core import CacheError
 from ..ranks import together
+from .cache import Run
 from .checkpoints import latest_checkpoint
 from .frame_times import frame_count, frames_due
 from .last_words import last_words
@@ -55,6 +57,7 @@ def execute(
         with together(ranks):
             if resume and simulation.rank == 0:
                 lock.take()
+                _check_control(directory, control)
         with together(ranks):
             if resume and (checkpoint := latest_checkpoint(directory)):
                 simulation.restore(checkpoint)
@@ -85,6 +88,16 @@ def execute(
             with together(ranks):
                 report = writer.finish(report)
             return report
+
+
+def _check_control(directory: Path, control: Callable[[Any], None] | None) -> None:
+    """Raises CacheError if a run with a control function would be continued without one."""
+    begun = (directory / "run.vtkhdf").exists()
+    if control is None and begun and Run(directory).metadata.get("control", False):
+        raise CacheError(
+            f"{directory}: was run with a control function; give the same one, or one that does"
+            " nothing"
+        )
 
 
 def _end_of(simulation: Any) -> dict[str, Any]:

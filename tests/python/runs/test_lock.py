@@ -56,6 +56,10 @@ def made(scene, euler):
     return ls.Simulation(scene, integrator=euler, threads=1)
 
 
+def idle(_):
+    """A control function that does nothing, in place of one that interrupted the run."""
+
+
 def names(directory):
     return sorted(path.name for path in directory.iterdir())
 
@@ -107,7 +111,7 @@ def test_a_run_in_python_is_refused_until_the_first_has_ended(tmp_path, hanging,
 
     made(hanging, euler).run(out=out, duration=0.08, control=second)
     assert len(refused) >= 3 and all(text.startswith(f"{out} must be") for text in refused)
-    resumed = made(hanging, euler).run(out=out, duration=0.2, resume=True)
+    resumed = made(hanging, euler).run(out=out, duration=0.2, resume=True, control=idle)
     whole = made(hanging, euler).run(out=tmp_path / "whole", duration=0.2)
     assert resumed["digest"] == whole["digest"] and names(out) == names(tmp_path / "whole")
 
@@ -119,7 +123,7 @@ def test_a_run_that_failed_can_be_resumed_in_the_same_process(tmp_path, hanging,
 
     with pytest.raises(RuntimeError):
         made(hanging, euler).run(out=tmp_path / "out", duration=0.08, control=fail)
-    made(hanging, euler).run(out=tmp_path / "out", duration=0.08, resume=True)
+    made(hanging, euler).run(out=tmp_path / "out", duration=0.08, resume=True, control=idle)
 
 
 def test_a_killed_process_hinders_nobody_even_if_its_children_live(
@@ -129,7 +133,7 @@ def test_a_killed_process_hinders_nobody_even_if_its_children_live(
     writer = subprocess.Popen([sys.executable, "-c", MORTAL], start_new_session=True)
     try:
         assert writer.wait(timeout=60) == -signal.SIGKILL
-        resumed = made(hanging, euler).run(out="out", duration=0.2, resume=True)
+        resumed = made(hanging, euler).run(out="out", duration=0.2, resume=True, control=idle)
     finally:
         os.killpg(writer.pid, signal.SIGKILL)  # fails if the child has not outlived its parent
     whole = made(hanging, euler).run(out="whole", duration=0.2)

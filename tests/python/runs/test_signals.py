@@ -40,7 +40,11 @@ def test_a_signal_ends_a_run_by_a_keyboard_interrupt(tmp_path, hanging, euler, n
         made(hanging, euler).run(out=tmp_path / "out", duration=0.2, control=stop)
     assert end.value.signal == number and not isinstance(end.value, Exception)
     assert (tmp_path / "out" / "checkpoint-0000000016.h5").exists()
-    resumed = made(hanging, euler).run(out=tmp_path / "out", duration=0.2, resume=True)
+    with pytest.raises(ls.CacheError, match="out: was run with a control function; give the same"):
+        made(hanging, euler).run(out=tmp_path / "out", duration=0.2, resume=True)
+    resumed = made(hanging, euler).run(
+        out=tmp_path / "out", duration=0.2, resume=True, control=stop
+    )
     whole = made(hanging, euler).run(out=tmp_path / "whole", duration=0.2)
     assert resumed["digest"] == whole["digest"]
 
