@@ -36,6 +36,13 @@ class StepTable:
                     f"{path}: its columns must be those of this version; run the scene again"
                 )
             kept = [row for row in rows if int(row[0]) <= until_step]
+            last = int(kept[-1][0]) if kept else 0
+            if last < until_step:
+                raise CacheError(
+                    f"{path}: must have rows up to step {until_step}, from which the run continues,"
+                    f" but ends at step {last}; copy it again, or delete it to continue without the"
+                    " rows before"
+                )
         write_table(path, columns, kept)  # a run that is killed now keeps the rows
         self._path, self._file = path, path.open("a", newline="", encoding="utf-8")
         self._table = csv.writer(self._file)

@@ -444,11 +444,26 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
     with pytest.raises(signals.Interrupted):
         interrupted.run(out=tmp_path / "a", duration=0.2, control=stop)
     assert interrupted.step_index < 20
-    resumed = ls.Simulation(scene, **settings).run(out=tmp_path / "a", duration=0.2, resume=True)
+    resumed = ls.Simulation(scene, **settings).run(
+        out=tmp_path / "a", duration=0.2, resume=True, control=lambda _: None
+    )
     whole = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.2)
     assert resumed["digest"] == whole["digest"] and len(ls.Run(tmp_path / "a")) == 6
     with pytest.raises(ls.InvalidInput, match=r"rigid_rebuild_interval must be in \[1, 1000\]"):
         ls.Scene(bodies=[ball], rigid_rebuild_interval=100_000)
+
+
+def test_a_table_of_steps_with_a_gap_is_not_continued(tmp_path, hanging, euler):
+    out, settings = tmp_path / "out", {"integrator": euler, "threads": 1}
+    ls.Simulation(hanging, **settings).run(out=out, duration=0.04)
+    path = out / "steps.csv"
+    rows = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(rows[: len(rows) // 2]))
+    last = len(rows) // 2 - 1
+    with pytest.raises(ls.CacheError, match=f"steps.csv: must have rows .* ends at step {last}; "):
+        ls.Simulation(hanging, **settings).run(out=out, duration=0.08, resume=True)
+    path.unlink()
+    ls.Simulation(hanging, **settings).run(out=out, duration=0.08, resume=True)
 
 
 def test_a_damaged_table_of_steps_is_reported_with_its_line(run):
