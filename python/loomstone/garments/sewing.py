@@ -19,6 +19,8 @@ from .triangulation import smallest_angles
 
 __all__ = ["Garment", "garment"]
 
+_MOST_TRIANGLES = 10_000_000  # of a garment
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -174,12 +176,19 @@ def _spacing(
     """Returns the edge length [m] and the number of triangles (None if `edge` is given)."""
     if (triangles is None) == (edge is None):
         raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
+    area = sum(panel.area for panel in pattern.panels)
     if edge is not None:
         if not (np.isfinite(edge) and edge > 0):
             raise InvalidInput(f"edge must be > 0 [m], got {edge}")
+        shortest = edge_for(area, _MOST_TRIANGLES)
+        if edge < shortest:
+            raise InvalidInput(
+                f"edge must be at least {shortest:.2g} m, which gives {_MOST_TRIANGLES} triangles,"
+                f" got {edge} [m]"
+            )
         return float(edge), None
-    count = whole("triangles", triangles, 2 * len(pattern.panels), 10_000_000)
-    return edge_for(sum(panel.area for panel in pattern.panels), count), count
+    count = whole("triangles", triangles, 2 * len(pattern.panels), _MOST_TRIANGLES)
+    return edge_for(area, count), count
 
 
 def edge_for(area: float, triangles: int) -> float:

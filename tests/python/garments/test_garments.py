@@ -155,6 +155,11 @@ def test_mirrored_panels_keep_their_holes():
     assert other.edge("eyelet").curve().mean(0) == pytest.approx((-0.1, 0.2), abs=1e-3)
 
 
+def test_an_edge_that_gives_too_many_triangles_is_refused():
+    with pytest.raises(ls.InvalidInput, match=r"edge must be at least .* 10000000 triangles, got"):
+        ls.garment([square()], edge=1e-6)
+
+
 def test_a_hole_that_crosses_the_last_of_many_chords_is_refused():
     angle = np.linspace(np.pi, 0.0, 129)
     arc = np.c_[0.15 + 0.08 * np.cos(angle), 0.1 + 0.08 * np.sin(angle)]
