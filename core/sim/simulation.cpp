@@ -7,6 +7,7 @@
 #include "core/base/message.h"
 #include "core/collision/tangle/intersections.h"
 #include "core/electrodynamics/coil_currents.h"
+#include "core/integration/stable_step.h"
 #include "core/parallel/agreement.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/record/capture.h"
@@ -187,6 +188,12 @@ void Simulation::step() {
 double Simulation::time() const { return data_->state.time; }
 std::int64_t Simulation::step_index() const { return data_->state.step; }
 double Simulation::step_size() const { return data_->steps.largest; }
+double Simulation::stable_step() const {
+  const Model& model = data_->model;
+  if (model.cloth.n_vertices == 0) return INFINITY;
+  Elasticity elasticity(model.cloth, BendingTreatment::Explicit);
+  return loomstone::stable_step(elasticity, model.cloth, data_->state.cloth.x);
+}
 int Simulation::threads() const { return data_->team.threads; }
 void Simulation::keep_collision_motion(bool keep) {
   if (CollisionStage* const collision = data_->stepper->engines().collision.get())

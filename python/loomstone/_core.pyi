@@ -4370,6 +4370,10 @@ class Simulation:
         Sets the positions that pinned vertices reach after the time step_size, (n x 3) [m]. Other rows are ignored.
         The targets replace the script.
         """
+    def stable_step(self) -> float:
+        """
+        Returns the longest step at which explicit schemes are stable for small motions about the present positions [s]; infinite without cloth.
+        """
     def step(self) -> None:
         """
         Advances by one step. If SolverFailure is raised, the state remains that of the last successful step.

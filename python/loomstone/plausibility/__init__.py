@@ -13,6 +13,7 @@ from .bodies import of_overlaps, of_reversed, of_sizes, reversed_obstacles
 from .cloths import of_attachments, of_cloths, of_contacts
 from .magnets import of_magnets
 from .scripts import of_scripts
+from .steps import of_steps
 from .surfaces import overlapping_pairs, start_surfaces
 
 __all__ = ["implausible"]
@@ -29,7 +30,7 @@ def implausible(simulation: Any) -> list[str]:
     found = [*of_cloths(scene.cloths), *of_attachments(scene), *of_air(scene)]
     if _throws(simulation):
         found += of_contacts(scene, simulation)
-    found += [*of_sizes(scene), *of_scripts(scene)]
+    found += [*of_sizes(scene), *of_scripts(scene), *of_steps(simulation)]
     reversed_ones = reversed_obstacles(scene)
     if scene.bodies or reversed_ones:  # without both, neither overlaps nor magnets are checked
         surfaces = start_surfaces(scene, simulation)

@@ -337,3 +337,17 @@ def test_whole_numbers_of_frames_are_not_told_whatever_their_rounding():
     sim = ls.Simulation(scene(cloth(), collisions=False), threads=1)
     for frames in (0, 1, 3, 7):
         list(sim.frames(duration=frames / 30.0, rate=30.0))
+
+
+@pytest.mark.parametrize("scheme", [ls.SymplecticEuler, ls.ExplicitEuler])
+def test_given_steps_at_which_an_explicit_scheme_is_unstable_are_named(scheme):
+    stable = ls.Simulation(scene(cloth())).stable_step()
+    assert 1e-5 < stable < 1e-2
+    with pytest.warns(
+        ls.SceneWarning, match="longer than the longest stable step .*, so the cloth"
+    ):
+        ls.Simulation(scene(cloth()), integrator=scheme(step=1.1 * stable))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ls.Simulation(scene(cloth()), integrator=scheme(step=0.9 * stable))
+        ls.Simulation(scene(cloth()), integrator=scheme())

@@ -1,0 +1,24 @@
+"""Steps that look like a mistake: steps at which an explicit scheme is unstable."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..integrators import ExplicitEuler, SymplecticEuler
+
+__all__ = ["of_steps"]
+
+
+def of_steps(simulation: Any) -> list[str]:
+    """Returns a sentence if an explicit scheme has a given step above its stability limit."""
+    integrator = simulation.integrator
+    if not isinstance(integrator, (ExplicitEuler, SymplecticEuler)) or integrator.step == "auto":
+        return []
+    stable = simulation.stable_step()
+    if integrator.step <= stable:
+        return []
+    return [
+        f"integrator.step: {integrator.step:g} s is longer than the longest stable step at the"
+        f" start, {stable:.2g} s, so the cloth will be torn apart; give at most half of this, or"
+        ' step="auto"'
+    ]
