@@ -57,7 +57,7 @@ def execute(
         with together(ranks):
             if resume and simulation.rank == 0:
                 lock.take()
-                _check_control(directory, control)
+                _check_control(directory, control, n_frames)
         with together(ranks):
             if resume and (checkpoint := latest_checkpoint(directory)):
                 simulation.restore(checkpoint)
@@ -90,10 +90,12 @@ def execute(
             return report
 
 
-def _check_control(directory: Path, control: Callable[[Any], None] | None) -> None:
-    """Raises CacheError if a run with a control function would be continued without one."""
-    begun = (directory / "run.vtkhdf").exists()
-    if control is None and begun and Run(directory).metadata.get("control", False):
+def _check_control(directory: Path, control: Callable[[Any], None] | None, n_frames: int) -> None:
+    """Raises CacheError if steps of a run with a control function would be taken without one."""
+    if control is not None or not (directory / "run.vtkhdf").exists():
+        return
+    begun = Run(directory)
+    if begun.metadata.get("control", False) and len(begun) < n_frames:
         raise CacheError(
             f"{directory}: was run with a control function; give the same one, or one that does"
             " nothing"

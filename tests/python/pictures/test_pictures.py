@@ -102,7 +102,7 @@ def test_a_resumed_run_has_the_pictures_of_one_that_was_not_interrupted(
     scene, drawn, tmp_path, frames
 ):
     stopped_after(frames, scene, tmp_path / "run", render=FIT)
-    report = simulate(scene, tmp_path / "run", resume=True, render=True)
+    report = simulate(scene, tmp_path / "run", resume=True, render=True, control=lambda _: None)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames")) and report[
         "video"
     ].endswith("video.mp4")
@@ -110,7 +110,7 @@ def test_a_resumed_run_has_the_pictures_of_one_that_was_not_interrupted(
 
 def test_pictures_asked_for_late_are_drawn_from_the_cache_before_the_video(scene, drawn, tmp_path):
     stopped_after(3, scene, tmp_path / "run")
-    simulate(scene, tmp_path / "run", resume=True, render=FIT)
+    simulate(scene, tmp_path / "run", resume=True, render=FIT, control=lambda _: None)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames"))
     (tmp_path / "run" / "frames" / "frame-00001.png").unlink()
     report = simulate(scene, tmp_path / "run", resume=True, render=True)  # on a finished run

@@ -17,7 +17,7 @@ from loomstone.runs import checkpoints, execution, progress, signals
 from loomstone.runs.execution import execute
 from loomstone.runs.options import RunOptions
 from loomstone.runs.scene_file import SceneFile, parse_parameters
-from loomstone.runs.steps import read_steps, summary_of_steps
+from loomstone.runs.steps import read_steps
 
 
 @pytest.fixture
@@ -451,44 +451,6 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
     assert resumed["digest"] == whole["digest"] and len(ls.Run(tmp_path / "a")) == 6
     with pytest.raises(ls.InvalidInput, match=r"rigid_rebuild_interval must be in \[1, 1000\]"):
         ls.Scene(bodies=[ball], rigid_rebuild_interval=100_000)
-
-
-def test_a_table_of_steps_with_a_gap_is_not_continued(tmp_path, hanging, euler):
-    out, settings = tmp_path / "out", {"integrator": euler, "threads": 1}
-    ls.Simulation(hanging, **settings).run(out=out, duration=0.04)
-    path = out / "steps.csv"
-    rows = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(rows[: len(rows) // 2]))
-    last = len(rows) // 2 - 1
-    with pytest.raises(ls.CacheError, match=f"steps.csv: must have rows .* ends at step {last}; "):
-        ls.Simulation(hanging, **settings).run(out=out, duration=0.08, resume=True)
-    path.unlink()
-    ls.Simulation(hanging, **settings).run(out=out, duration=0.08, resume=True)
-
-
-def test_a_damaged_table_of_steps_is_reported_with_its_line(run):
-    path = run / "steps.csv"
-    whole = path.read_text()
-    path.write_text(whole[:-40])  # as if the run had been killed while it was writing a line
-    assert len(read_steps(run)["step"]) == 29
-    lines = whole.splitlines()
-    for content, said in [
-        (
-            "\n".join([*lines[:5], "noise", *lines[5:]]),
-            "line 6: must be [0-9]+ numbers, got 'noise'; remove this line",
-        ),
-        (whole.replace(lines[3].split(",")[4], "much", 1), "line [0-9]+: must be"),
-        ("noise", "must begin with the column 'step', got 'noise'"),
-        ("", "must begin with the column 'step', got ''"),
-    ]:
-        path.write_text(content)
-        with pytest.raises(ls.CacheError, match=said):
-            read_steps(run)
-        with pytest.raises(ls.CacheError, match=said):
-            summary_of_steps(path)
-    path.write_bytes(b"\xff\xfe\x00noise")
-    with pytest.raises(ls.CacheError, match="cannot be read as one"):
-        read_steps(run)
 
 
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):

@@ -1,7 +1,8 @@
 """Tables of a run (CSV)."""
 
 import loomstone as ls
-from loomstone.runs.steps import StepTable, read_steps
+import pytest
+from loomstone.runs.steps import StepTable, read_steps, summary_of_steps
 
 
 def test_a_table_of_steps_keeps_its_rows_if_the_run_is_killed_as_it_resumes(
@@ -22,3 +23,43 @@ def test_the_repr_of_a_table_is_one_line_with_the_names_of_its_columns(hanging, 
     size = f"{len(steps)} columns of {len(steps['step'])} steps"
     assert repr(steps).startswith(f"<{size}: step, time")
     assert "\n" not in repr(steps)
+
+
+def test_a_table_of_steps_with_a_gap_is_not_continued(tmp_path, hanging, euler):
+    out, settings = tmp_path / "out", {"integrator": euler, "threads": 1}
+    ls.Simulation(hanging, **settings).run(out=out, duration=0.04)
+    path = out / "steps.csv"
+    rows = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(rows[: len(rows) // 2]))
+    last = len(rows) // 2 - 1
+    with pytest.raises(ls.CacheError, match=f"steps.csv: must have rows .* ends at step {last}; "):
+        ls.Simulation(hanging, **settings).run(out=out, duration=0.08, resume=True)
+    path.unlink()
+    ls.Simulation(hanging, **settings).run(out=out, duration=0.08, resume=True)
+
+
+def test_a_damaged_table_of_steps_is_reported_with_its_line(hanging, euler, tmp_path):
+    run = tmp_path / "run"
+    ls.Simulation(hanging, integrator=euler, threads=1).run(out=run, duration=0.12)
+    path = run / "steps.csv"
+    whole = path.read_text()
+    path.write_text(whole[:-40])  # as if the run had been killed while it was writing a line
+    assert len(read_steps(run)["step"]) == 29
+    lines = whole.splitlines()
+    for content, said in [
+        (
+            "\n".join([*lines[:5], "noise", *lines[5:]]),
+            "line 6: must be [0-9]+ numbers, got 'noise'; remove this line",
+        ),
+        (whole.replace(lines[3].split(",")[4], "much", 1), "line [0-9]+: must be"),
+        ("noise", "must begin with the column 'step', got 'noise'"),
+        ("", "must begin with the column 'step', got ''"),
+    ]:
+        path.write_text(content)
+        with pytest.raises(ls.CacheError, match=said):
+            read_steps(run)
+        with pytest.raises(ls.CacheError, match=said):
+            summary_of_steps(path)
+    path.write_bytes(b"\xff\xfe\x00noise")
+    with pytest.raises(ls.CacheError, match="cannot be read as one"):
+        read_steps(run)
