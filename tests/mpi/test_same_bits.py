@@ -242,7 +242,7 @@ sheet = ls.grid(size=(0.3, 0.3), cells=(20, 20))
 crumpled = ls.Cloth(mesh=sheet.moved((0.02, 0.01, 0.012)), pins=[])
 cloth = ls.Cloth(mesh=sheet, pins=[0])
 cube = ls.RigidBody(mesh=ls.meshes.box(size=(0.05, 0.05, 0.05)), position=(0.0, 0.0, 0.05),
-                    density=500.0)
+                    density=500.0, velocity=(0.0, 0.0, -4.0))
 scene = ls.Scene(cloths=[cloth, crumpled], bodies=[cube],
                  obstacles=[ls.sphere(radius=0.06, centre=(0.0, 0.0, -0.062))])
 for name in ("static", "dynamic", "predicted"):
