@@ -1,6 +1,7 @@
 #include "core/mesh/mesh_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/message.h"
 
@@ -37,7 +38,8 @@ std::vector<Vec2> flattened(const std::vector<Vec3>& corners, const Vec3& area) 
   return flat;
 }
 
-// Returns whether the triangle at place i of the outline `left` lies inside the polygon.
+// Returns whether the triangle at place i of the outline `left` lies inside the polygon. No other
+// corner may lie in the triangle or, within rounding, on its border.
 bool is_ear(const std::vector<Vec2>& flat, const std::vector<int>& left, std::size_t i,
             double least) {
   const std::size_t n = left.size(), before = (i + n - 1) % n, after = (i + 1) % n;
@@ -47,7 +49,8 @@ bool is_ear(const std::vector<Vec2>& flat, const std::vector<int>& left, std::si
     if (k == before || k == i || k == after) continue;
     const Vec2& p = flat[left[k]];
     if (p == a || p == b || p == c) continue;
-    if (area2(a, b, p) >= 0 && area2(b, c, p) >= 0 && area2(c, a, p) >= 0) return false;
+    if (area2(a, b, p) >= -least && area2(b, c, p) >= -least && area2(c, a, p) >= -least)
+      return false;
   }
   return true;
 }
@@ -76,9 +79,9 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
   triangles.clear();
   std::vector<int> left(n);
   for (int k = 0; k < n; ++k) left[k] = k;
-  for (std::size_t i = 0, tried = 0; left.size() > 3;) {
+  for (std::size_t i = 0, tried = 0; left.size() > 2;) {
     i %= left.size();
-    if (tried == left.size()) return {};
+    if (tried == left.size()) break;
     if (!is_ear(flat, left, i, least)) {
       ++i, ++tried;
       continue;
@@ -89,12 +92,21 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
     tried = 0;
     ++i;  // the next ear is cut off elsewhere, so that not all triangles share a corner
   }
-  triangles.push_back({left[0], left[1], left[2]});
-  if (!lies_right(triangles.back())) return {};
-  return triangles;
+  double rest = 0.0;  // twice the area that is left
+  for (std::size_t k = 2; k < left.size(); ++k) {
+    triangles.push_back({left[0], left[k - 1], left[k]});
+    rest += area2(flat[left[0]], flat[left[k - 1]], flat[left[k]]);
+  }
+  // What is left of an outline that does not cross itself has no area, for example because corners
+  // coincide.
+  return std::abs(rest) <= n * least ? triangles : Fan();
 }
 
 Triangles split_polygons(const Points& corners, const std::vector<Index>& start) {
+  for (std::size_t p = 0; p < start.size(); ++p)
+    require(start[p] >= (p == 0 ? 0 : start[p - 1]) && start[p] <= corners.rows(),
+            "start must ascend from 0 to at most {}, got {} as entry {}", corners.rows(), start[p],
+            p);
   std::vector<Index> rows;
   std::vector<Vec3> polygon;
   for (std::size_t p = 0; p + 1 < start.size(); ++p) {

@@ -50,6 +50,35 @@ TEST_CASE("concave polygons are covered once, whatever their first corner is") {
   for (int first = 0; first < 5; ++first) check_split(rotated(square, first), {0, 0, 1}, 4.0);
 }
 
+TEST_CASE("corners in the middle of edges are no obstacle in any plane") {
+  const std::vector<Vec3> outline = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1.5, 1, 0},
+                                     {1, 1, 0}, {1, 2, 0}, {0, 2, 0}, {0, 1, 0}};
+  const std::vector<Vec3> notched = {{3, 0, 0}, {4, 1, 0}, {4, 4, 0}, {2, 1, 0}, {3, 1, 0}};
+  std::mt19937 random(5);
+  std::normal_distribution<double> component;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Eigen::Quaterniond turn = Eigen::Quaterniond(component(random), component(random),
+                                                       component(random), component(random))
+                                        .normalized();
+    const auto turned = [&](std::vector<Vec3> polygon) {
+      for (Vec3& corner : polygon) corner = turn * corner;
+      return polygon;
+    };
+    CAPTURE(trial);
+    check_split(turned(outline), turn * Vec3(0, 0, 1), 3.0);
+    check_split(turned(notched), turn * Vec3(0, 0, 1), 3.5);
+  }
+}
+
+TEST_CASE("corners that coincide give triangles without area, which other checks refuse") {
+  const std::vector<Vec3> pole = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0}};
+  const auto triangles = split_polygon(pole);
+  REQUIRE(triangles.size() == 2);
+  double area = 0.0;
+  for (const auto& [a, b, c] : triangles) area += area_of(pole[a], pole[b], pole[c]).z();
+  CHECK(area == Catch::Detail::Approx(0.5));
+}
+
 TEST_CASE("random stars are covered once in any plane") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> radius(0.1, 1.0), coordinate(-1.0, 1.0);
@@ -78,6 +107,7 @@ TEST_CASE("an outline that crosses itself gives no triangles, and an error for s
   CHECK_THROWS_WITH(split_polygons(corners, {0, 3, 8}),
                     Catch::Contains("face 1: its outline must not cross itself"));
   CHECK(split_polygons(corners, {0, 2, 3, 3}).rows() == 0);  // fewer than three corners each
+  CHECK_THROWS_WITH(split_polygons(corners, {0, 9}), Catch::Contains("start must ascend"));
 }
 
 }  // namespace loomstone

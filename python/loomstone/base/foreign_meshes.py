@@ -64,6 +64,12 @@ def triangles_of_cells(cells: Any, points: NDArray[np.float64]) -> NDArray[np.in
             "a mesh must consist of flat triangles or polygons, got cells of"
             f" {', '.join(kinds) or 'no kind'}; extract the surface first"
         )
+    for corners in faces:
+        if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
+            raise InvalidInput(
+                f"a cell must use the {len(points)} points of the mesh, got an index of"
+                f" {corners.min() if corners.min() < 0 else corners.max()}"
+            )
     return np.concatenate([_split(corners, points) for corners in faces])
 
 

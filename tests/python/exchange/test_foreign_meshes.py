@@ -54,6 +54,7 @@ def test_polygons_of_meshio_are_split_into_triangles(tmp_path):
 @pytest.mark.parametrize(
     "mesh, said",
     [
+        (meshio.Mesh(POINTS, [("quad", [[0, 1, 3, 7]])]), "use the 6 points .* an index of 7"),
         (meshio.Mesh(POINTS, [("line", [[0, 1]])]), "flat triangles or polygons, got cells of no"),
         (
             meshio.Mesh(np.eye(4)[:, :3], [("tetra", [[0, 1, 2, 3]])]),
@@ -76,7 +77,7 @@ def test_polygons_of_meshio_are_split_into_triangles(tmp_path):
             "one surface, got a trimesh.Scene of 'a', 'b'; give one of its meshes",
         ),
     ],
-    ids=["lines", "tetra", "curved", "curved beside flat", "degenerate", "scene"],
+    ids=["out of range", "lines", "tetra", "curved", "curved beside flat", "degenerate", "scene"],
 )
 def test_a_mesh_of_another_package_that_is_no_surface_is_refused_in_one_sentence(mesh, said):
     for take in (lambda: ls.Cloth(mesh=mesh), lambda: ls.obstacles.mesh(mesh)):
