@@ -6,6 +6,7 @@
 
 #include "core/base/message.h"
 #include "core/magnetics/forces/overlap.h"
+#include "core/magnetics/sources/charged_panels.h"
 
 namespace loomstone {
 
@@ -15,6 +16,11 @@ constexpr double largest_turn = 0.1;  // approximate largest turn between output
 // Largest turn of the tangent in a step [rad]. It does not limit steps shorter than the allowed
 // error. At this turn, the error of cubic interpolation is 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
+// A line ends if it has moved by less than `least_move` allowed errors in `steps_to_move` steps.
+// Where the field vanishes, as it does beside charged panels, it would otherwise turn without an
+// end.
+constexpr int steps_to_move = 64;
+constexpr double least_move = 64.0;
 // Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. At
 // smaller tolerances, run() allows more steps. The limit matters for induced bodies: at distances
 // below the size of a panel, the field shows the pattern of the panels, and lines through weak
@@ -45,7 +51,13 @@ struct Solid {
 
   explicit Solid(const MagneticBody& body)
       : source(body.source.get()), pose(body.pose), rotation(rotation_matrix(pose.orientation)) {
-    if (source->charged_panels()) layer = layer_thickness * source->radius();
+    const ChargedPanels* const charged = source->charged_panels();
+    if (!charged) return;
+    // The panels of a curved surface are flat, so their centres lie below it.
+    double deepest = 0.0;
+    for (const FlatPanel& panel : charged->set().panels)
+      deepest = std::max(deepest, source->depth(panel.centre));
+    layer = std::max(layer_thickness * source->radius(), 2.0 * deepest);
   }
   bool holds(const Vec3& point) const { return depth(point) > 0.0; }
   bool nearly_holds(const Vec3& point) const { return layer > 0.0 && depth(point) > -layer; }
@@ -66,6 +78,8 @@ struct Solid {
 struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, and tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
+  Vec3 mark = Vec3::Zero();  // position `after_mark` steps ago
+  int after_mark = 0;
   Index origin = 0;                    // index of the seed
   bool inside = false, close = false;  // inside: in a body; close: in a layer or its body
   bool away = false, done = false;     // away: has been far from its seed; done: has ended
@@ -188,6 +202,11 @@ class LineTracing {
       return;
     }
     line.step = std::min(h * factor, 0.25 * options_.extent);
+    if (line.after_mark++ % steps_to_move == 0) {
+      if (line.after_mark > 1 && (line.x - line.mark).norm() < least_move * allowed)
+        return line.stop(LineEnd::no_field);
+      line.mark = line.x;
+    }
     const int parts = std::max(1, static_cast<int>(std::ceil(turn / largest_turn)));
     const Vec3 seed = line.points.front();
     Vec3 before = line.x;

@@ -229,3 +229,15 @@ def test_pictures_show_the_lines_of_small_magnets_far_apart():
     magnets = [ls.Magnet(body=n, source=magnet) for n in places]
     sim = ls.Simulation(ls.Scene(bodies=bodies, magnets=magnets), threads=1)
     assert ls.magnetics.frame_curves(sim, sim.frame(), 10) is not None
+
+
+def test_lines_at_a_soft_cylinder_end_instead_of_winding_along_its_panels():
+    magnet = ls.magnetics.cylinder(radius=0.01, height=0.005, polarization=(0, 0, 1.3)).moved(
+        (0, 0, 0.012)
+    )
+    soft = ls.magnetics.soft_cylinder(radius=0.01, height=0.012, susceptibility=1000)
+    iron = ls.magnetics.induce(soft, by=magnet).bodies[0]
+    found = ls.magnetics.field_lines([magnet, iron], 100)
+    ends = [end.name for end in found.ends]
+    assert "length" not in ends and ends.count("body") >= 75
+    assert sum(map(len, found.lines)) < 40_000  # 208,000 if lines go on until the last step
