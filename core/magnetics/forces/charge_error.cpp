@@ -106,7 +106,8 @@ double error_on_induced(const MagneticBody& induced, const MagneticBody& by, con
 
 double charge_error(const MagneticBody& on, const MagneticBody& by) {
   const Vec3& centre = on.pose.position;
-  const double radius = on.source->radius();
+  // A single dipole has no size, so the other body's size takes its place.
+  const double radius = on.source->radius() > 0.0 ? on.source->radius() : by.source->radius();
   double error = 0.0;
   if (on.source->induced()) error += error_on_induced(on, by, centre, radius);
   if (by.source->induced()) error += error_on_induced(by, on, centre, radius);

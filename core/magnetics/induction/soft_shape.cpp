@@ -12,6 +12,12 @@ namespace loomstone {
 
 namespace {
 
+// The field on a sphere is projected on harmonics by a rule that is exact for products of harmonics
+// of at most this degree, if the sphere has fewer harmonics. With a rule for degree 1, higher
+// harmonics of a field that varies over the sphere would count as a uniform field. Our choice: at
+// 2.8 radii from a magnet, the moment of a sphere of degree 1 is then exact to 1e-3.
+constexpr int least_of_samples = 5;
+
 class SoftSphere final : public SoftShape {
  public:
   SoftSphere(double radius, double susceptibility, int degree)
@@ -19,12 +25,16 @@ class SoftSphere final : public SoftShape {
         susceptibility_(susceptibility),
         degree_(degree),
         series_(std::make_shared<const SphericalHarmonics>(std::max(degree, 1))),
-        samples_(radius * series_->points()) {}
+        sampled_(degree >= least_of_samples
+                     ? series_
+                     : std::make_shared<const SphericalHarmonics>(least_of_samples)),
+        samples_(radius * sampled_->points()) {}
 
   const Points& samples() const override { return samples_; }
   Vector received(const Points& field) const override {
     Vector result =
-        series_->coefficients((field.array() * series_->points().array()).rowwise().sum());
+        sampled_->coefficients((field.array() * sampled_->points().array()).rowwise().sum())
+            .head(series_->size());
     for (int l = 1; l <= series_->degree(); ++l)  // H_r = -d(potential)/dr
       result.segment(SphericalHarmonics::slot(l, 0), 2 * (l + 1)) /= -l;
     return result;
@@ -41,7 +51,7 @@ class SoftSphere final : public SoftShape {
     return result;
   }
   SourcePtr source(const Vector& charges) const override {
-    return std::make_shared<HarmonicSphere>(radius_, series_, charges);
+    return std::make_shared<HarmonicSphere>(radius_, series_, sampled_, charges);
   }
   Vec3 mean_field(const Vector& received) const override {
     const Index k = SphericalHarmonics::slot(1, 1);
@@ -68,7 +78,7 @@ class SoftSphere final : public SoftShape {
  private:
   double radius_, susceptibility_;
   int degree_;
-  std::shared_ptr<const SphericalHarmonics> series_;
+  std::shared_ptr<const SphericalHarmonics> series_, sampled_;  // response and samples
   Points samples_;
 };
 

@@ -132,8 +132,12 @@ LOOMSTONE_INLINE void gradient_kernel(Series series, const double* points, Index
 }  // namespace
 
 HarmonicSphere::HarmonicSphere(double radius, std::shared_ptr<const SphericalHarmonics> series,
+                               std::shared_ptr<const SphericalHarmonics> samples,
                                Vector coefficients)
-    : radius_(radius), series_(std::move(series)), coefficients_(std::move(coefficients)) {
+    : radius_(radius),
+      series_(std::move(series)),
+      samples_(std::move(samples)),
+      coefficients_(std::move(coefficients)) {
   const int degree = series_->degree();
   std::vector<Complex> c(triangle_place(degree + 1, 0));
   for (int l = 1; l <= degree; ++l)
@@ -239,7 +243,13 @@ Vector HarmonicSphere::charge_errors() const {
     const double ratio = before > 0.0 ? std::min(after / before, most) : most;
     density *= last * ratio / (1.0 - ratio);
   }
-  return 4.0 * pi * radius_ * radius_ * series_->shares().cwiseProduct(series_->values(density));
+  return charges_of(density);
+}
+
+Vector HarmonicSphere::charges_of(const Vector& density) const {
+  Vector padded = Vector::Zero(samples_->size());
+  padded.head(density.size()) = density;
+  return 4.0 * pi * radius_ * radius_ * samples_->shares().cwiseProduct(samples_->values(padded));
 }
 
 std::vector<PanelSample> HarmonicSphere::charges() const {
@@ -248,14 +258,14 @@ std::vector<PanelSample> HarmonicSphere::charges() const {
     const Index from = SphericalHarmonics::slot(l, 0), n = 2 * (l + 1);
     density.segment(from, n) = (2.0 * l + 1.0) / mu0 * coefficients_.segment(from, n);
   }
-  const Vector values = series_->values(density);
+  const Vector values = charges_of(density);
   std::vector<PanelSample> result(values.size());
   for (std::size_t i = 0; i < result.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const Vec3 normal = series_->points().row(row).transpose();
+    const Vec3 normal = samples_->points().row(row).transpose();
     result[i].position = radius_ * normal;
-    result[i].area = 4.0 * pi * radius_ * radius_ * series_->shares()[row] * normal;
-    result[i].charge = 4.0 * pi * radius_ * radius_ * series_->shares()[row] * values[row];
+    result[i].area = 4.0 * pi * radius_ * radius_ * samples_->shares()[row] * normal;
+    result[i].charge = values[row];
   }
   return result;
 }

@@ -13,8 +13,10 @@ namespace loomstone {
 
 class HarmonicSphere final : public Source {
  public:
+  // The charge of `series` with the given coefficients. Its quadrature points are those of
+  // `samples`, whose degree must be at least that of `series`.
   HarmonicSphere(double radius, std::shared_ptr<const SphericalHarmonics> series,
-                 Vector coefficients);
+                 std::shared_ptr<const SphericalHarmonics> samples, Vector coefficients);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;  // 0 inside
   double radius() const override { return radius_; }
@@ -32,9 +34,11 @@ class HarmonicSphere final : public Source {
 
  private:
   Vec3 inside(const Vec3& point, Quantity quantity) const;
+  // Returns the charges at the quadrature points for a density with the given coefficients [A m].
+  Vector charges_of(const Vector& density) const;
 
   double radius_;
-  std::shared_ptr<const SphericalHarmonics> series_;
+  std::shared_ptr<const SphericalHarmonics> series_, samples_;
   Vector coefficients_;
   std::vector<double> field_[3], gradient_[6];
 };

@@ -48,8 +48,11 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
 def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells of one level.
 
-    Level 0 is the whole body. Leaves that lie on coarser levels are included.
+    Level 0 is the whole body. Leaves that lie on coarser levels are included. Raises InvalidInput
+    for a negative level.
     """
+    if level < 0:
+        raise InvalidInput(f"level must be at least 0, got {level}")
     return _core.magnetic_cell_level(body, level)
 
 

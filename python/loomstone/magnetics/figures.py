@@ -70,9 +70,7 @@ def force_over_distance(
     along = unit(axis)
     places = np.ravel(np.asarray(distances, float))
     found = [force(on=on.moved(d * along), by=by, tolerance=tolerance) for d in places]
-    return ForceCurve(
-        places, np.array([f.force for f in found]), np.array([f.torque for f in found])
-    )
+    return ForceCurve(places, *(np.reshape([f[k] for f in found], (-1, 3)) for k in (0, 1)))
 
 
 @takes(angles="rad", axis="1", tolerance="1")
@@ -92,9 +90,7 @@ def torque_over_angle(
     about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))
     found = [force(on=on.rotated(a * about), by=by, tolerance=tolerance) for a in turns]
-    return ForceCurve(
-        turns, np.array([f.force for f in found]), np.array([f.torque for f in found])
-    )
+    return ForceCurve(turns, *(np.reshape([f[k] for f in found], (-1, 3)) for k in (0, 1)))
 
 
 @takes(centre="m", extent="m")
@@ -127,9 +123,13 @@ def plot_slice(
             "a slice needs bodies, a resolution of at least 8 and at least 2 arrows, got"
             f" {len(sources)} bodies, a resolution of {resolution} and {arrows} arrows"
         )
+    if not 0.0 <= extent < np.inf:
+        raise InvalidInput(f"extent must be > 0, or 0 (automatic) [m], got {extent}")
     u, v, _ = PLANES[plane]
     low, high = box_of(sources)
     middle = 0.5 * (low + high) if centre is None else np.asarray(centre, float)
+    if middle.shape != (3,) or not np.isfinite(middle).all():
+        raise InvalidInput(f"centre must be three finite coordinates [m], got {middle}")
     reach = extent or 0.9 * float((high - low).max())
     if not reach > 0:
         raise InvalidInput("extent [m] must be given for bodies without one (point dipoles)")
@@ -174,6 +174,8 @@ def _draw_size(
 
     a, b, points = lattice.points(side)
     size = np.linalg.norm(field(sources, points, threads=threads), axis=1).reshape(a.shape)
+    if not size.any():
+        raise InvalidInput("bodies must have a field, but their field is 0 in the whole slice")
     size = np.clip(size, np.quantile(size[size > 0], 0.002), np.quantile(size, 0.998))
     levels = 2.0 ** np.arange(np.floor(np.log2(size.min())), np.ceil(np.log2(size.max())) + 1)
     norm = LogNorm(levels[0], levels[-1])
@@ -218,6 +220,8 @@ def plot_curve(
     """
     if kind not in ("force", "torque"):
         raise InvalidInput(f"kind must be force or torque, got {kind!r}")
+    if len(curve.places) == 0:
+        raise InvalidInput("curve must have at least one place, got none")
     figure = new_figure((7.0, 4.5))
     axes = figure.add_subplot()
     values = curve.forces if kind == "force" else 1e3 * curve.torques

@@ -12,6 +12,7 @@ from .. import _core
 from .._core import MagneticBody
 from ..base.arguments import takes
 from .dipole_cells import as_cells
+from .sources import as_list
 
 __all__ = [
     "Force",
@@ -126,7 +127,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     >>> print(f"{f.forces[0, 2]:.4f} {f.forces[1, 2]:.4f} N")
     0.6510 -0.6510 N
     """
-    return Forces(*_core.magnetic_forces(list(bodies), tolerance, threads))
+    return Forces(*_core.magnetic_forces(as_list(bodies), tolerance, threads))
 
 
 @takes(tolerance="1")

@@ -1,0 +1,73 @@
+"""Soft spheres with few harmonics, errors of forces on dipoles, and arguments that are named."""
+
+import loomstone as ls
+import numpy as np
+import pytest
+
+m = ls.magnetics
+MAGNET = m.cylinder(radius=0.006, height=0.01, polarization=(0, 0, 1.2))
+RADIUS = 0.004
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 8])
+@pytest.mark.parametrize("z", [0.0113, 0.025])
+def test_the_moment_of_a_single_sphere_does_not_depend_on_the_degree(degree, z):
+    # The moment is that of a dipole in the field at the centre, because the field is harmonic.
+    sphere = m.soft_sphere(radius=RADIUS, susceptibility=1000, degree=degree).moved((0, 0, z))
+    moment = m.induce(sphere, by=MAGNET).bodies[0].moment[2]
+    share = 4 * np.pi * RADIUS**3 / m.MU0 * 1000 / 1003
+    assert moment == pytest.approx(share * m.field(MAGNET, [[0, 0, z]])[0, 2], rel=3e-4)
+
+
+def force_in_scene(*more, **of_sphere):
+    """Force on a soft sphere 11.3 mm above the magnet in a scene [N]."""
+    ball = ls.meshes.sphere(radius=RADIUS, subdivisions=1)
+    base = ls.obstacles.mesh(ls.meshes.box(size=(1e-3,) * 3), name="base", centre=(0, 0, -0.1))
+    sphere = m.soft_sphere(radius=RADIUS, susceptibility=1000, **of_sphere)
+    scene = ls.Scene(
+        bodies=[ls.RigidBody(name="ball", mesh=ball, shape="sphere", position=(0, 0, 0.0113))],
+        obstacles=[base],
+        gravity=(0, 0, 0),
+        magnets=[
+            ls.Magnet(body="base", source=MAGNET),
+            ls.Magnet(body="ball", source=sphere),
+            *more,
+        ],
+    )
+    return ls.Simulation(scene, threads=1).magnetic_forces()[0][0, 2]
+
+
+def test_a_sphere_in_a_scene_feels_the_same_force_with_iron_far_away_or_a_saturation():
+    alone = force_in_scene()
+    cube = m.soft_cuboid(size=(0.01,) * 3, susceptibility=1000, cells=8).moved((10, 0, 0))
+    assert force_in_scene(ls.Magnet(body="base", source=cube)) == pytest.approx(alone, rel=1e-3)
+    assert force_in_scene(saturation=1e6) == pytest.approx(alone, rel=1e-3)
+
+
+def test_the_error_of_a_force_between_a_dipole_and_iron_is_finite_and_that_of_its_reaction():
+    dipole = m.dipoles([[0, 0, 0]], [[0, 0, 1.0]]).moved((1e-3, 0, 0.02))
+    for soft in (
+        m.soft_sphere(radius=0.01, susceptibility=1000),
+        m.soft_cuboid(size=(0.016,) * 3, susceptibility=1000, cells=8),
+    ):
+        iron = m.induce(soft, by=dipole).bodies[0]
+        on, back = m.force(on=dipole, by=iron).error, m.force(on=iron, by=dipole).error
+        assert 0 < on < 1e-2 and on == back
+        assert np.array_equal(m.forces([dipole, iron]).errors, [on, on])
+
+
+def test_bad_arguments_of_figures_and_cells_are_named(tmp_path):
+    cube = m.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1))
+    plain = m.cuboid(size=(0.01,) * 3, polarization=(0, 0, 0))
+    path = tmp_path / "picture.png"
+    for call, said in [
+        (lambda: m.plot_slice([plain], path), "their field is 0 in the whole slice"),
+        (lambda: m.plot_slice([cube], path, centre=(0, 0)), "centre must be three finite"),
+        (lambda: m.plot_slice([cube], path, extent=-0.1), "extent must be > 0"),
+        (lambda: m.plot_curve(m.force_over_distance(cube, cube, []), path), "at least one place"),
+        (lambda: m.cell_level(m.cells(cube, density=8e6), -1), "level must be at least 0"),
+    ]:
+        with pytest.raises(ls.InvalidInput, match=said):
+            call()
+    assert not path.exists()
+    assert m.forces(cube).forces.shape == (1, 3)
