@@ -183,8 +183,8 @@ def _spacing(
         shortest = edge_for(area, _MOST_TRIANGLES)
         if edge < shortest:
             raise InvalidInput(
-                f"edge must be at least {shortest:.2g} m, which gives {_MOST_TRIANGLES} triangles,"
-                f" got {edge} [m]"
+                f"edge must be at least {1.001 * shortest:.3g} m, to give at most {_MOST_TRIANGLES}"
+                f" triangles, got {edge} [m]"
             )
         return float(edge), None
     count = whole("triangles", triangles, 2 * len(pattern.panels), _MOST_TRIANGLES)

@@ -57,12 +57,13 @@ def execute(
         with together(ranks):
             if resume and simulation.rank == 0:
                 lock.take()
-                _check_control(directory, control, n_frames)
         with together(ranks):
             if resume and (checkpoint := latest_checkpoint(directory)):
                 simulation.restore(checkpoint)
         following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
         with together(ranks):
+            if resume and simulation.rank == 0 and control is None and following < n_frames:
+                _check_control(directory)
             text = None if resume else _metadata_text(simulation, metadata or {})
             writer = open_writer(
                 simulation, options, lock, text, overwrite=overwrite, following=following
@@ -90,12 +91,9 @@ def execute(
             return report
 
 
-def _check_control(directory: Path, control: Callable[[Any], None] | None, n_frames: int) -> None:
-    """Raises CacheError if steps of a run with a control function would be taken without one."""
-    if control is not None or not (directory / "run.vtkhdf").exists():
-        return
-    begun = Run(directory)
-    if begun.metadata.get("control", False) and len(begun) < n_frames:
+def _check_control(directory: Path) -> None:
+    """Raises CacheError if a run with a control function would be continued without one."""
+    if (directory / "run.vtkhdf").exists() and Run(directory).metadata.get("control", False):
         raise CacheError(
             f"{directory}: was run with a control function; give the same one, or one that does"
             " nothing"

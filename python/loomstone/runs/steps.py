@@ -36,7 +36,7 @@ class StepTable:
                     f"{path}: its columns must be those of this version; run the scene again"
                 )
             kept = [row for row in rows if int(row[0]) <= until_step]
-            last = int(kept[-1][0]) if kept else 0
+            last = int(kept[-1][0]) if kept else until_step
             if last < until_step:
                 raise CacheError(
                     f"{path}: must have rows up to step {until_step}, from which the run continues,"

@@ -453,6 +453,21 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
         ls.Scene(bodies=[ball], rigid_rebuild_interval=100_000)
 
 
+def test_a_controlled_run_whose_end_was_not_saved_needs_its_control_function(tmp_path):
+    ball = ls.RigidBody(mesh=ls.meshes.sphere(radius=0.1), shape="sphere", position=(0, 0, 0.3))
+    scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()])
+
+    def run(**options):
+        sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
+        sim.run(out=tmp_path / "run", duration=0.2, **options)
+
+    run(control=lambda _: None)
+    # All frames exist, but the steps after the last checkpoint must be taken again.
+    with pytest.raises(ls.CacheError, match="was run with a control function"):
+        run(resume=True)
+    run(resume=True, control=lambda _: None)
+
+
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):
     ball = ls.RigidBody(
         name="ball",
