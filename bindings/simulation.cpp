@@ -136,7 +136,7 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly("step_size", &S::step_size,
                           "length of a step, or largest length of automatic steps [s]");
   c.def("stable_step", &S::stable_step, Released(),
-        "Returns the longest step at which explicit schemes are stable for small motions about the "
+        "Returns the longest step at which symplectic Euler is stable for small motions about the "
         "present positions [s]; infinite without cloth.");
   c.def_property_readonly("report", &S::report, py::return_value_policy::copy,
                           "StepReport of the last step. Later steps do not change it.");

@@ -17,9 +17,9 @@ struct ClothState {
   // user has set x or v. The stepper writes it.
   double previous_step = 0.0;
   // Expected length of the next step or part of a step [s]; 0: unknown. It follows from the error
-  // of the last step or part or, with explicit schemes, from the stretch of the cloth. With
-  // automatic steps, further bounds apply, for example on growth and dissipation. The stepper
-  // writes it.
+  // of the last step or part or, with explicit schemes, from the stretch of the cloth. Further
+  // bounds apply, on damping and, with automatic steps, on growth and others. The stepper writes
+  // it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because it created energy [s];
   // 0: none. Later steps grow faster until one of them has this length, or until their error or

@@ -71,9 +71,10 @@ struct StepInputs {
   // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
   // BDF-2 would throw the cloth back, or if the scheme has gained energy (see has_gained()).
   bool damped = false;
-  // True, on all ranks, if contacts or attachments may couple bodies with cloth. BDF-2 then does
-  // without its history, because forces that act on cloth by BDF-2 and on bodies by symplectic
-  // Euler would not conserve momentum: it takes midpoint steps or, in contact, backward Euler.
+  // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
+  // then does without its history, because forces that act on cloth by BDF-2 and on bodies by
+  // symplectic Euler would not conserve momentum: it takes midpoint steps or, in contact, backward
+  // Euler.
   bool couples_bodies = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
@@ -123,8 +124,9 @@ class Integrator {
   // Time after the start of the step at which an implicit scheme evaluated forces in the last call
   // of advance(), as a fraction of the step [1].
   virtual double time_of_forces() const { return 1.0; }
-  // Terms of the second linear solve in the last call of advance(); null if StepInputs::terms were
-  // those of its only solve. Linearised schemes solve again if friction was wrong.
+  // Terms of the last linear solve in the last call of advance(), if they differ from
+  // StepInputs::terms; otherwise null. Linearised schemes solve again with other friction if that
+  // of the first solve was wrong.
   virtual const ExtraTerms* terms_of_second_solve() const { return nullptr; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }

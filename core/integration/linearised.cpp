@@ -305,7 +305,7 @@ class LinearisedIntegrator final : public Integrator {
   // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;           // terms with the friction of the second solve
-  bool solved_again_ = false;  // true: there was a second solve in the last step
+  bool solved_again_ = false;  // true: the last step was solved again with terms_
   OwnRows rhs_;
   Points rhs_with_terms_, displacement_, drift_, next_x_, next_v_;
 };

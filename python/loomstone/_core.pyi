@@ -2484,7 +2484,7 @@ class Scene:
     air : Air: drag and wind
     limits : LimitOptions: enforcement of strain limits
     gravity : acceleration of gravity [m/s^2]
-    collisions : whether surfaces collide; default True
+    collisions : whether cloth collides; bodies always collide with each other and with obstacles; default True
     contact_stiffness : stiffness of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
     response : contact response: implicit (terms of the implicit solve) | impulse (impulses after the solve; explicit integrators always use them); default 'implicit'
     allow_initial_intersections : whether surfaces may intersect at the start; untangling then moves them apart; default False
@@ -2607,7 +2607,7 @@ class Scene:
     @property
     def collisions(self) -> bool:
         """
-        whether surfaces collide; default True
+        whether cloth collides; bodies always collide with each other and with obstacles; default True
         """
     @property
     def contact_stiffness(self) -> float:
@@ -4372,7 +4372,7 @@ class Simulation:
         """
     def stable_step(self) -> float:
         """
-        Returns the longest step at which explicit schemes are stable for small motions about the present positions [s]; infinite without cloth.
+        Returns the longest step at which symplectic Euler is stable for small motions about the present positions [s]; infinite without cloth.
         """
     def step(self) -> None:
         """

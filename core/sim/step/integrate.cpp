@@ -79,7 +79,8 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.body_mass = &loads.body_mass;
   inputs.damped = engines.integrator->implicit() && !engines.integrator->damps() &&
                   (engines.at_limits() || has_gained(part, engines, state));
-  inputs.couples_bodies = model.n_bodies() > 0 && (near.any_terms || !model.attachments.empty());
+  inputs.couples_bodies = model.n_bodies() > 0 &&
+                          (near.any_terms || !near.tangle.empty() || !model.attachments.empty());
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};

@@ -32,7 +32,7 @@ constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0
 // motion, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 // Tolerated product of Damping::rate and the length of a part, in steps of given length with an
-// accuracy of 1. This bound does not shorten parts below the second number times
+// accuracy of 1. Parts are not divided for this if they are shorter than the second number times
 // Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
 // of 10 ms then reaches the bottom by at most 2.2 % too late, and not by 8 %. Gentle motion in
 // steps of 4 ms needs no more parts.

@@ -111,7 +111,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   });
   if (longest < part.length) return shortened_for_gain(longest);
   state.cloth.previous_step = part.h;
-  expect_part(part, error, engines_, state.cloth);
+  timed(seconds.check, [&] { expect_part(part, error, engines_, state.cloth); });
   return certified.result;
 }
 

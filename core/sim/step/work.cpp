@@ -122,8 +122,9 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   });
 }
 
-// Sets the terms of contacts to the forces of the solve. Returns, for each term except those of
-// attachments, the gradient of the energy and the relative displacement.
+// Returns, for each term except those of attachments, the gradient of the energy and the relative
+// displacement, with the forces of the solve. With Newton schemes, sets the terms of contacts to
+// these forces.
 std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
                                               const Points& displacement, const Engines& engines) {
   // Forces are evaluated at the same time within the step as in the scheme.
@@ -133,13 +134,13 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
   if (newton)
     terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative,
              near.terms);
-  else if (const ExtraTerms* const again = engines.integrator->terms_of_second_solve())
-    near.terms = *again;
+  const ExtraTerms* const again = engines.integrator->terms_of_second_solve();
+  const ExtraTerms& solved = again ? *again : near.terms;
   std::vector<std::array<Vec3, 2>> terms(near.terms.size() - near.n_attachments);
   parallel_for(
       engines.team, static_cast<Index>(terms.size()),
       [&](Index t) {
-        const ExtraTerm& term = near.terms[t];
+        const ExtraTerm& term = solved[t];
         const Vec3 d = term.relative_displacement(displacement, part.h);
         Vec3 force = term.gradient;  // gradient of the energy [N]
         if (!newton) force += time * term.hessian * d;
