@@ -257,3 +257,11 @@ def test_a_body_has_its_given_mass_or_that_of_its_density():
         ls.meshes.mass_properties(ls.RigidBody(mass=1.0))
     with pytest.raises(ls.InvalidInput, match="mass must be >= 0"):
         ls.RigidBody(mesh=box, mass=-1.0)
+
+
+def test_a_damaged_file_of_a_foreign_format_is_named(tmp_path):
+    pytest.importorskip("meshio")
+    path = tmp_path / "bad.stl"
+    path.write_text("solid bad\nfacet normal 0 0 one\nouter loop\nvertex 0 0 ply\n")
+    with pytest.raises(ls.CacheError, match=r"bad\.stl: cannot be read as a mesh"):
+        ls.meshes.read(path)
