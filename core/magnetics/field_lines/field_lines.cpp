@@ -78,8 +78,8 @@ struct Solid {
 struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, and tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
-  Vec3 mark = Vec3::Zero();  // position `after_mark` steps ago
-  int after_mark = 0;
+  Vec3 mark = Vec3::Zero();            // position when n_steps was last a multiple of steps_to_move
+  int n_steps = 0;                     // number of accepted steps
   Index origin = 0;                    // index of the seed
   bool inside = false, close = false;  // inside: in a body; close: in a layer or its body
   bool away = false, done = false;     // away: has been far from its seed; done: has ended
@@ -202,8 +202,8 @@ class LineTracing {
       return;
     }
     line.step = std::min(h * factor, 0.25 * options_.extent);
-    if (line.after_mark++ % steps_to_move == 0) {
-      if (line.after_mark > 1 && (line.x - line.mark).norm() < least_move * allowed)
+    if (line.n_steps++ % steps_to_move == 0) {
+      if (line.n_steps > 1 && (line.x - line.mark).norm() < least_move * allowed)
         return line.stop(LineEnd::no_field);
       line.mark = line.x;
     }

@@ -15,7 +15,7 @@ namespace {
 // The field on a sphere is projected on harmonics by a rule that is exact for products of harmonics
 // of at most this degree, if the sphere has fewer harmonics. With a rule for degree 1, higher
 // harmonics of a field that varies over the sphere would count as a uniform field. Our choice: at
-// 2.8 radii from a magnet, the moment of a sphere of degree 1 is then exact to 1e-3.
+// 2.8 radii from a magnet, the moment of a sphere of degree 1 is then exact to 2e-4.
 constexpr int least_of_samples = 5;
 
 class SoftSphere final : public SoftShape {
