@@ -190,7 +190,6 @@ std::int64_t Simulation::step_index() const { return data_->state.step; }
 double Simulation::step_size() const { return data_->steps.largest; }
 double Simulation::stable_step() const {
   const Model& model = data_->model;
-  if (model.cloth.n_vertices == 0) return INFINITY;
   Elasticity elasticity(model.cloth, BendingTreatment::Explicit);
   return loomstone::stable_step(elasticity, model.cloth, data_->state.cloth.x);
 }
