@@ -97,8 +97,7 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
     triangles.push_back({left[0], left[k - 1], left[k]});
     rest += area2(flat[left[0]], flat[left[k - 1]], flat[left[k]]);
   }
-  // What is left of an outline that does not cross itself has no area, for example because corners
-  // coincide.
+  // If the outline does not cross itself, the corners that are left coincide or lie on a line.
   return std::abs(rest) <= n * least ? triangles : Fan();
 }
 
