@@ -120,7 +120,8 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
   return array;
 }
 
-// Converts an object to a vector of fixed length. Throws InvalidInput for other shapes.
+// Converts an object to a vector of fixed length n. Throws InvalidInput if the shape of the object
+// is not (n,).
 template <class Fixed>
 Fixed as_vector(const py::object& object, const Argument& argument) {
   const auto array = numbers<double>(object, argument);

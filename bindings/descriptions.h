@@ -159,7 +159,7 @@ py::object plain(const D& value) {
   return dict;
 }
 
-// --- repr, which lists required fields, and other fields that differ from their defaults ---
+// --- repr, which lists required fields, and other fields only if they differ from the default ---
 template <class T>
 std::string repr_of(const T& value) {
   if constexpr (EigenArray<T>) {
@@ -230,8 +230,8 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
 // Converts a value that carries a unit to plain numbers in the unit of the field. Throws
-// InvalidInput for a unit of another dimension and a TypeError for a bool. Values without a unit,
-// and all values of a field that may not carry one, are returned unchanged.
+// InvalidInput for a unit of another dimension and a TypeError for a bool. Returns other values
+// without a unit unchanged, and all values if the field may not carry a unit.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;

@@ -22,9 +22,10 @@ struct DrawnMesh {
 };
 
 // Returns the mesh of the cloths, with one part for each cloth. A vertex is split where its
-// triangles differ in uv. Normals remain smooth across these seams.
+// triangles differ in uv, but its copies share one normal.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
-// Returns the mesh of the bodies, with one part for each body. The parts of floors are empty.
+// Returns the mesh of the bodies and obstacles, with one part for each. The parts of floors are
+// empty.
 // A vertex is split at edges whose two triangles, with their corners at `body_vertices` [m], have
 // normals that differ by more than `crease_degrees`, and where its triangles differ in uv.
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,

@@ -17,8 +17,8 @@ struct Camera {
   Vec3 target = Vec3(0, 0, 0);
   Vec3 up = Vec3(0, 0, 1);
   double field_of_view_degrees = 35.0;
-  bool fit = true;    // move the eye so that all surfaces except floors fill the picture; only the
-                      // direction from `target` to `eye` is used. Ignored with keyframes.
+  bool fit = true;    // move the eye so that shown surfaces except floors fill the picture; only
+                      // the direction from `target` to `eye` is used. Ignored with keyframes.
   double turn = 0.0;  // [degrees/s]
   std::vector<double> times;  // times of keyframes, ascending [s]
   Points eyes, targets;       // (times x 3) [m]; without targets, `target` is used

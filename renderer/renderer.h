@@ -43,10 +43,10 @@ class Renderer {
   // for each row of the picture); 0 to 0 for "cloth". `values` has the same meaning as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
-  // Draws a frame. For each row of color_by, `values` contains the range of values that determines
-  // automatic colours, for example over all frames of a run. If null, the values of this frame
-  // determine these colours. Only one thread at a time may use a Renderer, but several Renderers
-  // may exist at once.
+  // Draws a frame. For each field that color_by names, `values` contains the range of values that
+  // determines automatic colours, for example over all frames of a run. If `values` is null, the
+  // values of this frame determine these colours. Only one thread at a time may use a Renderer, but
+  // several Renderers may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,
                const std::vector<ColorRange>* values = nullptr);
   // Returns depth, normals and numbers of the visible surfaces, without anti-aliasing.

@@ -1,4 +1,4 @@
-// GLSL sources of the surface pass. They are assembled from parts, some of which several materials
+// GLSL sources of the surface pass. They are assembled from parts, some of which several shaders
 // share.
 #pragma once
 

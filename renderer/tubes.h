@@ -11,7 +11,7 @@ namespace loomstone {
 struct BodiesAndTubes {
   DrawnMesh mesh;
   Points positions;  // [m]
-  Vector values;     // magnetic poles of the bodies' vertices, then values of the curves
+  Vector values;     // magnetic polarity at the bodies' vertices, then values of the curves
 };
 
 // Joins the meshes of bodies and curves. The vertices of the bodies in the first frame,

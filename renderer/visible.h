@@ -1,5 +1,5 @@
-// Visible parts of a scene: bodies that are not hidden, planes and uv of floors, and the rectangle
-// of the picture that encloses given points.
+// Visible parts of a scene: bodies and obstacles that are not hidden, planes and uv of floors, and
+// the rectangle of the picture that encloses given points.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,8 @@ namespace loomstone {
 // so that frames still match it. Hidden floors no longer count as floors.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
 
-// Returns the vertices of the bodies' triangles, without those of floors, in ascending order.
+// Returns the vertices of the triangles of bodies and obstacles other than floors, in ascending
+// order.
 std::vector<Index> casting_vertices(const FrameTopology& topology);
 
 // The plane of a floor: the mean of its triangles' corners, and the upward mean normal of the

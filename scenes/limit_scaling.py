@@ -1,5 +1,5 @@
 """A cloth pinned at two corners swings for a second, with a selectable method of strain limiting.
-It serves to measure how the cost of limits grows with the number of triangles.
+The scene serves to measure how the cost of limits grows with the number of triangles.
 
 All methods enforce the same limits, except for "none", which sets no limits, and "edges", which
 cannot distinguish shear from stretch. With this scene, tests/benchmarks/limits.py measures the
@@ -29,7 +29,7 @@ def scene(
     max_sweeps: int = 100,
 ) -> ls.Scene:
     """method: a value of LimitOptions.method, or "none"; in_solve: whether the implicit solve
-    treats limits before the sweeps do.
+    treats limits before the sweeps do, which it never does with "edges".
     """
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles)
     material = ls.ClothMaterial(

@@ -112,7 +112,8 @@ def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
     index[mixed] = np.arange(mixed.sum())
     triangles = []
     for axis in range(3):
-        # The four cells around a grid edge that the surface crosses form a square.
+        # The centres of the four cells around a grid edge that the surface crosses are the corners
+        # of a square, which is divided into two triangles.
         turned, cells = np.moveaxis(inside, axis, 0), np.moveaxis(index, axis, 0)
         crossed = (turned[:-1] != turned[1:])[:, 1:-1, 1:-1]
         a, b, c, d = (cells[:, y, z][crossed] for y in ends for z in ends)

@@ -61,9 +61,10 @@ struct EventMotion {
   // not used. At the start of an interval of nested steps, only half a kick acts, but the rows
   // contain whole kicks.
   const Points& kicks;
-  // Times of nested steps [s]. For each level, `step` is the time between consecutive events, and
-  // `ahead` is the time from now to the next event, or 0 if an event is due now. The stored
-  // position of a vertex, or pose of a body, belongs to this event of its level.
+  // Times of nested steps [s]; core/integration/asynchronous/nested_steps.h explains their levels.
+  // For each level, `step` is the time between consecutive events, and `ahead` is the time from now
+  // to the next event, or 0 if an event is due now. The stored position of a vertex, or pose of a
+  // body, belongs to the next event of its level.
   struct Levels {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)

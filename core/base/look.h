@@ -1,4 +1,4 @@
-// Appearance of a surface in pictures. It does not affect the simulation.
+// Appearance of a surface in pictures and exports. It does not affect the simulation.
 #pragma once
 
 #include <cstdint>

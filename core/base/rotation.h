@@ -18,8 +18,8 @@ inline Vec4 quaternion_from_matrix(const Mat3& rotation) {
   return to_vector(Eigen::Quaterniond(rotation).normalized());
 }
 
-// Returns `orientation` or its negative, whichever is closer to `reference`. Both quaternions
-// represent the same rotation.
+// Returns `orientation` or its negative, whichever is closer to `reference`. A quaternion and its
+// negative represent the same rotation.
 inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
   return orientation.dot(reference) < 0.0 ? Vec4(-orientation) : orientation;
 }
@@ -74,7 +74,7 @@ inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
       .normalized();
 }
 
-// Position and orientation of a rigid body or obstacle.
+// Position and orientation of a rigid body, an obstacle, a magnet or a coil.
 struct RigidPose {
   Vec3 position = Vec3::Zero();         // position of the body's origin [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);  // unit quaternion (w, x, y, z), body to world

@@ -40,8 +40,8 @@ void check_instruction_set();
 #define LOOMSTONE_SEVERAL_SETS 1
 #endif
 
-// Calls the variant of a kernel that is compiled for `instruction_set`. The kernel receives Lanes{}
-// and then the arguments.
+// Calls the variant of a kernel that is compiled for `instruction_set`. `Kernel` is the type of a
+// function object that takes Lanes{}, which selects the variant, and then the kernel's arguments.
 template <class Kernel>
 class Widest {
  public:

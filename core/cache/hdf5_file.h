@@ -62,7 +62,8 @@ struct Hdf5Shared {
   bool unwritten = false;  // true: rows have changed since the last successful flush
 };
 
-// A dataset that can grow by rows. Rows are addressed by index. Buffers contain consecutive rows.
+// A dataset that can grow by rows. write() and read() copy `count` consecutive rows, starting at
+// row `first`, from and to the memory at `rows`.
 class Hdf5Rows {
  public:
   Hdf5Rows() = default;

@@ -16,8 +16,8 @@ namespace loomstone {
 inline const std::string polydata_root = "/VTKHDF";  // group of the dataset in the file
 inline constexpr std::int64_t table_block = 1024;    // rows per chunk of a table
 
-// A field on points or cells. If `constant` is set, its values are stored once; otherwise every
-// frame has its own values.
+// A field on points or cells. If `constant` is not null, it points to the values, which are stored
+// once; otherwise every frame has its own values.
 struct PolyDataField {
   std::string name;
   Number type = Number::Float64;
@@ -39,9 +39,9 @@ struct PolyDataMesh {
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
 // leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
-// last frame, and flush() writes it to the file. Then commit() increments the frame count, and a
-// second flush() writes the count. If writing a frame fails, the caller may write the same frame
-// again.
+// last frame, and flush() writes it to the file. Then commit() adds the time of the frame and
+// increments the attribute NSteps, the frame count, which a second flush() writes. If writing a
+// frame fails, the caller may write the same frame again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, PolyDataMesh mesh,
@@ -83,7 +83,9 @@ class PolyDataWriter {
   std::vector<Table> tables_;
   Values points_;
   std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
-  // Positions in the last committed block of points, and in the staged block.
+  // A block of points contains the positions of one frame and of all directly following frames with
+  // the same positions. stored_ has those of the last committed block, staged_ those of the staged
+  // block.
   Points stored_, staged_;
   // Numbers of blocks of points: the committed blocks, and all blocks including a staged one.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;

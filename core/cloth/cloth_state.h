@@ -9,17 +9,17 @@ namespace loomstone {
 struct ClothState {
   Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
   Points v;  // (n x 3) velocities [m/s]; written by the same stages as x
-  // (rows of the solve x 3) Change of velocity in the last step [m/s]; written by linearised
-  // schemes. In rows of bodies, it is the unknown y of BodyRows instead. It predicts the slip of
-  // contacts and, without contacts, is the initial guess of the next solve.
+  // (rows of the solve x 3) Change of velocity in the last step [m/s], or the unknown y of BodyRows
+  // in rows of bodies; written by linearised schemes. The next step uses the change to predict the
+  // slip of contacts or, without contacts, as the initial guess of its solve.
   Points last_change;
   // Length of the step, or part of a step, that led to x and v [s]; 0 at the start and after the
   // user has set x or v. The stepper writes it.
   double previous_step = 0.0;
   // Expected length of the next step or part of a step [s]; 0: unknown. It follows from the error
-  // of the last step or part or, with explicit schemes, from the stretch of the cloth. Further
-  // bounds apply, on damping and, with automatic steps, on growth and others. The stepper writes
-  // it.
+  // of the last step or part or, with explicit schemes, from the stretch of the cloth. With
+  // implicit Euler, the damping also bounds it. Automatic steps are further bounded in their
+  // growth, and while strain limits are forced (see NearContacts::forced). The stepper writes it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because it created energy [s];
   // 0: none. Later steps grow faster until one of them has this length, or until their error or
@@ -57,8 +57,8 @@ struct ClothState {
     previous_v.resize(0, 3);
     previous_bending.resize(0, 3);
   }
-  // Discards the multistep history and the initial guess of the solve, because both assume that the
-  // next step resembles the last one.
+  // Discards the multistep history and last_change, because their use assumes that the next step
+  // resembles the last one.
   void forget_last_step() {
     restart_multistep();
     last_change.resize(0, 3);

@@ -8,11 +8,11 @@ namespace loomstone {
 namespace {
 
 constexpr Index triangles_per_block = 128, least_blocks_a_thread = 8;
-// Lower bound of the kinetic energy in the frame that moves with a cloth, as a fraction of the
-// kinetic energy in the world frame [1]. Smaller values are rounding errors.
+// Lower bound of the kinetic energy of a cloth in the moving frame (see StepError::energy), as a
+// fraction of that in the world frame [1]. Smaller values are rounding errors.
 constexpr double rounding = 1e-14;
-// A step resolves a motion if implicit Euler removes less than this fraction of its kinetic energy
-// per step [1].
+// A step resolves the motion of a cloth if implicit Euler removes less than this fraction of the
+// kinetic energy of the cloth in the step [1].
 constexpr double resolved = 0.1;
 
 double area_of(const Corners2& corners) {

@@ -1,5 +1,5 @@
-// Error of a displacement of cloth: the strain that a linear model of the motion neglects, and the
-// energy of this strain.
+// Error of a displacement of cloth: the part of the strain that a model linear in the displacement
+// neglects, and the energy of this strain.
 #pragma once
 
 #include <vector>
@@ -15,8 +15,8 @@
 namespace loomstone {
 
 struct StepError {
-  // Largest eigenvalue of 1/2 dF^T dF over all triangles, where dF is the gradient of the
-  // displacement [1].
+  // Largest eigenvalue of the neglected strain 1/2 dF^T dF over all triangles, where dF is the
+  // gradient of the displacement [1].
   double strain = 0.0;
   // Largest ratio, over all cloths, of the membrane energy of the neglected strain to the kinetic
   // energy of the cloth [1]. Kinetic energy is measured in a frame that moves with the centre of
@@ -46,14 +46,14 @@ class DisplacementError {
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the damping of each cloth in a time h [s]. In this time, implicit Euler removes
-  // 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The energy of a cloth is
-  // the sum of its kinetic energy (see StepError::energy), its membrane energy and 1/2 M g L, where
-  // M is its mass and L the square root of its rest area. A cloth is omitted if the step does not
-  // resolve its motion, for example that of snapping wrinkles. x1 (n x 3) are the positions at the
-  // end [m], and v0 and v1 (n x 3) the velocities at the start and at the end [m/s]. The membrane
-  // energy at x1 is reused if the last call of over() ended at x1 and no call of at() followed.
-  // Collective.
+  // Returns the damping of each cloth in a step of length h [s]. In this step, implicit Euler
+  // removes the energy 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The
+  // energy of a cloth is the sum of its kinetic energy (see StepError::energy), its membrane energy
+  // and 1/2 M g L, where M is its mass and L the square root of its rest area. A cloth is omitted
+  // if the step does not resolve its motion, for example that of snapping wrinkles. x1 (n x 3) are
+  // the positions at the end [m], and v0 and v1 (n x 3) the velocities at the start and at the end
+  // [m/s]. The membrane energy at x1 is reused if the last call of over() ended at x1 and no call
+  // of at() followed. Collective.
   std::vector<Damping> damping(const Team& team, const Points& x1, const Points& v0,
                                const Points& v1, double h);
 
@@ -87,7 +87,8 @@ class DisplacementError {
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;
   Sums vertex_sums(const Block& block, const Points* start, const Points& end) const;
-  // Sets the sums of all blocks. Collective.
+  // Sets the sums of all blocks: those of this rank's blocks to the results of of_block(), and the
+  // others to those of the other ranks. Collective.
   template <class OfBlock>
   void gather(const Team& team, OfBlock&& of_block);
   // Returns the sums of the cloth that begins at `block`, and moves `block` to the next cloth.

@@ -35,7 +35,9 @@ class Elasticity {
   // called for all rows, and then determines the phases of all stored triangles.
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout& layout);
 
-  // Largest eigenvalue of M^-1 K of bending at the rest positions [1/s^2]; 0 without bending.
+  // Returns the largest eigenvalue of M^-1 K at the rest positions over all cloths [1/s^2], where M
+  // is the mass matrix and K the bending stiffness (see Bending::largest_eigenvalue()); 0 without
+  // bending.
   static double bending_eigenvalue(const ClothModel& model);
 
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
@@ -78,9 +80,9 @@ class Elasticity {
    private:
     Membrane* membrane_ = nullptr;
   };
-  // Determines the phase of each triangle that touches rows [begin, end) from its strain at x; see
-  // LimitPhase::enter(). Returns a guard for these phases. Without strain limits, the guard changes
-  // nothing.
+  // Determines the phases of all triangles that touch rows [begin, end) from their strains at x;
+  // see LimitPhase::enter(). Returns a guard for these phases. Without strain limits, the guard
+  // changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
@@ -100,7 +102,8 @@ class Elasticity {
   const KnownPositions& unknown_positions() const { return unknown_; }
   // Returns whether this rank stores only a part of the elements.
   bool divided() const { return layout_ != nullptr; }
-  // Returns an object that stores all elements and has the same treatment of bending.
+  // Returns an Elasticity that stores all elements of the same model, with the same treatment of
+  // bending but without the potential of add_limits().
   std::unique_ptr<Elasticity> whole() const {
     return std::make_unique<Elasticity>(model_, treatment_);
   }
@@ -140,8 +143,8 @@ class Elasticity {
     KnownPositions at;
     std::vector<double> membrane, bending;
   };
-  // Adds to `force` the forces that add() computes. Uses the forces in `known`, a member of known_,
-  // instead of calling add() if they belong to the same rows and positions.
+  // Adds to `force` the forces that add() computes. If `known`, which is a member of known_,
+  // contains these forces for `rows` and x, uses them instead of calling add().
   template <class Add>
   void add_known(const Team& team, const Points& x, Range rows, KnownForce& known, Add&& add,
                  RowsOut force);
@@ -155,8 +158,8 @@ class Elasticity {
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, RowsOut force);
   // The next two functions return the energies of the blocks of triangles of this rank [J], and 0
-  // for all other blocks. Where elements are not divided, a single total replaces these sums: that
-  // of the membrane, or that of the bending of one cloth.
+  // for all other blocks. Where elements are not divided, these functions return totals instead:
+  // that of the membrane, or that of the bending of each cloth.
   std::vector<double> membrane_sums(const Team& team, const Points& x);
   std::vector<double> bending_sums(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);

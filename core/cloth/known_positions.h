@@ -19,8 +19,8 @@ class KnownPositions {
   KnownPositions(IndexRange rows, std::vector<Index> others)
       : rows_(rows), others_(std::move(others)) {}
 
-  // Returns whether the rows that the elements read have the same bits in x as in the last call of
-  // set(). Returns false if set() has not been called, or not since the last forget().
+  // Returns whether, in the rows that the elements read, x has the same bits as the argument of the
+  // last call of set(). Returns false if set() has not been called, or not since the last forget().
   bool at(const Points& x) const {
     if (!known_) return false;
     const Index n = rows_.end - rows_.begin;

@@ -19,7 +19,8 @@ struct ApproachingPair {
   bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
   double wake = 0.0;     // earliest time in the step when it may be closer than its thickness [s]
   std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
-  // Unit vector from the second to the first closest point at the start, or zero if they coincide.
+  // Unit vector at the start from the closest point of the second feature to that of the first, or
+  // zero if these points coincide.
   Vec3 normal = Vec3::Zero();
 };
 
@@ -77,7 +78,7 @@ class ApproachSearch {
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
   GatherRoom room_;
-  std::vector<double> thickness_;    // largest thickness among the pairs of each surface [m]
+  std::vector<double> thickness_;    // largest thickness of the surface pairs of each surface [m]
   std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
   Points x1_;                        // scratch: end of a step with faster_approach * v0 [m]
 };

@@ -24,14 +24,14 @@ inline double largest_approach(ContactKind kind, const std::array<double, 4>& sp
     return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
   return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
 }
-// Returns the largest distance [m] by which the gap of a pair with this speed of approach may
-// shrink within `time`.
+// Returns the largest distance [m] by which the gap of a pair may shrink within `time` if its
+// initial speed of approach is `approach`.
 inline double largest_loss(double approach, double time) {  // [m/s], [s]
   const double added = std::min(added_approach * time, 0.5 * added_acceleration * time * time);
   return faster_approach * std::max(0.0, approach) * time + added;
 }
-// Returns the shortest time [s] in which a pair with this speed of approach may close this gap: the
-// inverse of largest_loss().
+// Returns the shortest time [s] in which a pair may close its gap if its initial speed of approach
+// is `approach`: the inverse of largest_loss(), or 0 if `gap` is not positive.
 inline double time_to_close(double gap, double approach) {  // [m], [m/s]
   const double speed = faster_approach * std::max(0.0, approach);
   if (gap > (speed + added_approach) * (2.0 * added_approach / added_acceleration))

@@ -37,7 +37,8 @@ class CollisionReplay {
   // smallest of `repetitions` measurements. In dynamic division, the tests with which the ranks
   // start are distributed so that the sum of their costs is about the same on each rank. These
   // costs are measured in an earlier step, whose positions are extrapolated backwards. In static
-  // division, the top-level tests are dealt to the ranks in turn.
+  // division, the top-level tests are dealt to the ranks in turn. Throws Unsupported if
+  // `decomposition` is Predicted.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 
@@ -59,7 +60,8 @@ class CollisionReplay {
     std::shared_ptr<const Communicator> communicator;
   };
   // Collective. Performs a search `repetitions` times. Returns, for each repetition, the largest
-  // time that a rank needs from the end of its update of boxes until it has all results [s].
+  // time that a rank needs from the end of its update of boxes until it has all results [s]. Throws
+  // Unsupported if execution.decomposition is Predicted.
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:

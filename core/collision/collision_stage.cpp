@@ -47,7 +47,7 @@ struct CollisionStage::Data {
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {
     // The stored strengths are those of all known contacts. If some of these contacts are ignored
-    // because of a tangle, the shares of the remaining contacts change.
+    // because of a tangle, the shares (contact_shares()) of the remaining contacts change.
     if (contacts.size() == known.contacts.size() && knows(inputs.x))
       return use(strengths.find(model, contacts, inputs));
     return use(contact_strengths(model, contacts, inputs));

@@ -39,8 +39,9 @@ class CollisionStage {
   ~CollisionStage();
 
   // All ranks must call this method together. After this call, each rank keeps only the contacts
-  // that act on its rows and those that influence the shares of such contacts; see
-  // ContactSelection. proximity() then returns only kept contacts.
+  // that act on its `rows` and those that influence the shares (contact_shares()) of such contacts.
+  // The rank of row 0 also keeps contacts that act on no row; see ContactSelection. proximity()
+  // then returns only kept contacts.
   void divide(IndexRange rows);
   bool divided() const;
 
@@ -101,9 +102,9 @@ class CollisionStage {
              Points& x1, FreeBodies& bodies) const;
 
   // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no new
-  // intersection. Moves cloth vertices individually and each body as a whole. Prescribed vertices
-  // keep their motion. If `bodies` is empty, rigid bodies also keep their motion. The report counts
-  // the impacts that are found and those that remain (see CertifyReport).
+  // intersection, unless CertifyReport::unresolved is positive. Moves cloth vertices individually
+  // and each body as a whole. Prescribed vertices keep their motion. If `bodies` is empty, rigid
+  // bodies also keep their motion.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

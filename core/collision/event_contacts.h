@@ -57,7 +57,7 @@ class EventContacts {
     double distance, inverse_mass;  // [m], [1/kg]; inverse mass 0: the pair gets no impulse
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // contact point on the body [m]
-    bool at_end;                    // true: two edges whose closest points are not inside both
+    bool at_end;                    // true: two edges for which ClosestPair::interior is false
     double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
   };
   void begin_queue();

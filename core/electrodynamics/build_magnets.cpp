@@ -71,10 +71,10 @@ void check_response(const Magnet& magnet, const std::string& where) {
           where, magnet.density);
 }
 
-// Replaces the exact field of a mesh or of cells by an expansion if evaluating it at all
-// magnetisable spheres is expensive. Does nothing if the scene has magnetisable bodies that are not
-// treated as point dipoles, or if expansions cannot meet the tolerance. An expansion saves time
-// only if many evaluations follow.
+// Replaces the exact field of each magnet made of a mesh or of cells by an expansion if evaluating
+// the field at all magnetisable spheres is expensive. Does nothing if the scene has magnetisable
+// bodies that are not treated as point dipoles, or if expansions cannot meet the tolerance. An
+// expansion saves time only if many evaluations follow.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;

@@ -14,12 +14,12 @@
 //
 // With several circuits, L is the matrix of self and mutual inductances. The mutual inductances M
 // with coils of given current i_g add the EMF -M di_g/dt. The G of a circuit depends on the
-// currents of the other circuits and is evaluated at their i_m, by iteration. The circuits lose
-// energy to this part of the back-EMF. Half of this energy does work on bodies, and half is stored
-// in L as the bodies move. This also applies to the action of a circuit on itself through bodies
-// that it magnetises (circuit_response.h). The flux of these bodies adds to L. The velocities of
-// scripted obstacles also enter G v. Forces do not move these obstacles. The work that obstacles do
-// against the forces of currents counts as supply.
+// currents of the other circuits and is evaluated at their i_m, by iteration. Of the energy that
+// the circuits lose to the part of the back-EMF that depends on these currents, half does work on
+// bodies, and half is stored in L as the bodies move. This also applies to the action of a circuit
+// on itself through bodies that it magnetises (circuit_response.h). The flux of these bodies adds
+// to L. The velocities of scripted obstacles also enter G v. Forces do not move these obstacles.
+// The work that obstacles do against the forces of currents counts as supply.
 #pragma once
 
 #include <vector>
@@ -33,8 +33,8 @@ namespace loomstone {
 
 // Magnetic actions on the carriers at one instant.
 struct Actions {
-  // Wrenches of the magnets on each other and of the uniform field on the magnets, without circuit
-  // currents.
+  // Wrenches of the magnets on each other and of the uniform field on the magnets. Induced magnets
+  // have the moments that they would have without circuit currents.
   CarrierWrenches magnets;
   // Part of `magnets` that is due to magnetisation by given currents, or empty. The sources of
   // these currents supply the work of this part.

@@ -1,8 +1,8 @@
-// Stages of a sub-step in which bodies that carry magnets move. The integrator is kick-drift-kick
-// (Stoermer-Verlet). Its rotational variable is the angular momentum in world axes. RigidWorld
-// resolves contacts and does not influence bodies that are not in contact. The magnetic forces
-// between such bodies conserve their total linear and angular momentum up to rounding. The paths of
-// these bodies are second-order accurate.
+// Stages of a sub-step in which the bodies of a scene with magnets, coils or bearings move. The
+// integrator is kick-drift-kick (Stoermer-Verlet). Its rotational variable is the angular momentum
+// in world axes. RigidWorld resolves contacts and does not influence bodies that are not in
+// contact. The magnetic forces between such bodies conserve their total linear and angular momentum
+// up to rounding. The paths of these bodies are second-order accurate.
 //
 // Let a and a' be the accelerations at the start and end of a sub-step of length h. The velocity of
 // a free body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
@@ -25,8 +25,8 @@ struct MovingBodies {
   Points momenta;  // angular momenta, world axes [kg m^2/s]
 };
 
-// Begins the motion of a step by applying impulses. Bodies in bearings keep only their rotation
-// about the axis.
+// Applies the impulses at the start of a step to `state` and returns it with the angular momenta.
+// Bodies in bearings keep only their rotation about the axis of the bearing.
 MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impulses,
                           RigidState& state);
 
@@ -37,8 +37,8 @@ struct ContactAnswer {
 };
 
 // Applies the impulses at the end of a step to the bodies that move freely. The wrenches given to
-// answer_contacts() must have included the same impulses, which RigidWorld thus applied to the
-// bodies in contact.
+// answer_contacts() must have included the same impulses, so the velocities of bodies in contact
+// already contain them.
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
 // Applies `wrenches` and gravity to copies of the bodies for the whole sub-step h [s], and advances

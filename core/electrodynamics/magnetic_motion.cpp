@@ -186,7 +186,7 @@ struct MagneticMotion::Course {
 };
 
 // Advances bodies, circuits and induced moments by one sub-step. On entry, `last_` must be the
-// instant at the start of the sub-step.
+// instant at the start of the sub-step; on return, it is the instant at the end.
 MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& parts) {
   const MagneticModel& model = motion.model_;
   const double start = step.start + parts.elapsed(), h = parts.length();

@@ -89,9 +89,10 @@ class MagneticMotion {
   struct Course;
 
   Cause cause_of(const Moment& moment) const;
-  // Computes magnetisation, forces and inductances at an instant. On entry, `moments` is an initial
-  // guess of the induced dipole moments; on return, it contains the computed moments. If last_ has
-  // the same inputs (Cause), returns last_ and leaves `moments` unchanged.
+  // Computes magnetisation, forces and inductances at an instant. Stores them in last_, whose
+  // former contents move to previous_. On entry, `moments` is an initial guess of the induced
+  // dipole moments; on return, it contains the computed moments. If last_ already has the same
+  // inputs (Cause), changes nothing. Returns last_.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;
@@ -104,7 +105,7 @@ class MagneticMotion {
   SubstepFrequency frequency_;
   MutualInductances inductances_;
   std::optional<Instant> last_;
-  std::optional<Instant> previous_;  // instant at the start of the sub-step; empty if it is last_
+  std::optional<Instant> previous_;  // start of the sub-step; empty while last_ is this instant
 };
 
 }  // namespace loomstone

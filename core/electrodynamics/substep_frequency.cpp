@@ -10,8 +10,8 @@ namespace loomstone {
 namespace {
 
 // Factor on the squared frequencies of bodies in contact, which allows sub-steps four times as
-// long. Such sub-steps are short enough, because contacts are resolved only to first order in the
-// sub-step, and friction damps oscillations in contact (docs/experiments/scenes.md).
+// long. Such sub-steps are short enough: contacts are resolved only to first order in the sub-step
+// in any case, and friction damps the oscillations (docs/experiments/scenes.md).
 constexpr double touching_share = 1.0 / 16.0;
 
 // Factor on the moments of induced magnets that add_spheres() does not treat. Such a moment changes

@@ -24,8 +24,8 @@ struct Oscillators {
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Returns the largest of the bounds on the angular frequencies of the bodies [rad/s]. For
-  // bodies in contact, it uses a quarter of the bound.
+  // Returns the largest of the bounds on the angular frequencies of the bodies [rad/s]. The bounds
+  // of bodies in contact are first divided by four.
   double at(const Team& team, const Oscillators& now) const;
 
  private:

@@ -12,7 +12,8 @@ namespace loomstone {
 class ExplicitBending {
  public:
   // A second-order scheme extrapolates the forces at the starts of the last step and of this step
-  // to SchemeCoefficients::time. Otherwise, it would have order 1 and amplify oscillations more.
+  // to SchemeCoefficients::time. With the forces at the start of this step alone, it would have
+  // order 1 and amplify oscillations more.
   explicit ExplicitBending(bool second_order) : second_order_(second_order) {}
 
   // The rows [begin, end), the length of the step, and SchemeCoefficients::time [s].
@@ -20,7 +21,9 @@ class ExplicitBending {
     Index begin, end;
     double length, time;
   };
-  // Adds the forces to the rows of `force` [N]. Adds nothing if bending is implicit.
+  // Adds the forces to the rows of `force` [N]. If the scheme is of second order, also stores the
+  // forces at the start of this step in `state` for the next step. Does nothing if bending is
+  // implicit.
   void add(const Team& team, const Step& step, Elasticity& elasticity, ClothState& state,
            RowsOut force) {
     if (elasticity.implicit_bending()) return;

@@ -70,8 +70,8 @@ bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& mod
     return s * s / 8.0 > h * tolerated_growth;
   if (options.is<Bdf2>()) return s * s / 4.0 > h * tolerated_growth;
   // If the bending force, with its damping part beta K v, is evaluated at the start of the step,
-  // the Euler schemes integrate bending by symplectic Euler, which is stable for s < 4. The factor
-  // 0.8 is a safety margin.
+  // the Euler schemes integrate bending by symplectic Euler, which is stable for sqrt(s) < 2. The
+  // factor 0.8 is a safety margin.
   const double limit = 0.8 * 2.0;
   return s > limit * limit;
 }

@@ -31,9 +31,9 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
                                      ExtraTerms& terms)>;
 
 // Updates the friction of `terms` after the rows have moved by `displacement` in `time` [s], and
-// stiffens contacts whose gap would shrink too much. The terms are linearised about the start of
-// the step. Returns the relative error of the friction that `terms` had before the call [1], or 1
-// if a contact was stiffened.
+// stiffens contacts whose gap would shrink too much. On return, the terms are linearised about the
+// start of the step. Returns the relative error, over all ranks, of the friction that `terms` had
+// before the call [1], or 1 if a contact was stiffened on any rank. Collective.
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 

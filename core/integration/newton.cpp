@@ -131,10 +131,11 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual relative to `scale` is below the tolerance. Friction limits use the
-  // normal forces at the start of the step until the residual has fallen to roughly_known times its
-  // initial value. Without loads, `scale` may itself be a rounding error, and the loop ends where
-  // no step lowers the residual.
+  // Iterates until the residual is at most the tolerance times `scale`, or until no step lowers it
+  // and it is accepted as a rounding error (see rounding_tolerance). The latter can happen without
+  // loads, where `scale` may itself be a rounding error. Friction limits use the normal forces at
+  // the start of the step until the residual has fallen as roughly_known describes. Throws
+  // NewtonFailure if the iteration does not converge.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -337,8 +338,8 @@ class NewtonIntegrator final : public Integrator {
     return it.potential = sum;
   }
 
-  // Solves for the Newton correction of now_. The exact Jacobian may be indefinite. If the solver
-  // throws SolverFailure for it, returns false on all ranks.
+  // Sets correction_ to the Newton correction of now_. Returns false, on all ranks, if the solver
+  // throws SolverFailure for the exact Jacobian, which may be indefinite.
   bool solve(const Step& step, JacobianKind kind, IntegrationReport& report) {
     const Points moved = displacement(step.h(), now_.velocity);
     x_ = start_x_ + moved.topRows(step.n);

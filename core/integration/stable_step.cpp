@@ -48,7 +48,8 @@ double stable_step(Elasticity& elasticity, const ClothModel& model, const Points
     return force;
   };
   const Points still = Points::Zero(n, 3);
-  // Forces are differentiated along unit vectors by central differences of this length.
+  // Forces are differentiated with respect to position by central differences along unit vectors,
+  // with displacements of this length [m] to either side.
   const double length = 1e-6 * (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
   const double k = largest_eigenvalue(model, [&](const Points& u) -> Points {
     return (forces(x - length * u, still) - forces(x + length * u, still)) / (2.0 * length);

@@ -55,8 +55,9 @@ class AggregationMultigrid {
   Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
 
-  // Sums a vector v, stored by slices, over the rows of each slot of one block. The slices [first,
-  // last) form the block. Lane l of slice s has slot slots[8 s + l].
+  // Sets the slots of one block in `sums` (slots x 4) to the sums of a vector v, stored by slices,
+  // over the rows of each slot. The slices [first, last) form the block. Lane l of slice s has slot
+  // slots[8 s + l].
   template <class Scalar>
   void sum_over_slots(Index first, Index last, const Index* slots, const Scalar* v,
                       std::vector<Scalar>& sums) const;

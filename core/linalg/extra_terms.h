@@ -2,10 +2,10 @@
 // contacts, friction, untangling, attachments. A term depends on one relative velocity
 // u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement s, the
 // time integral of u. Let g be dE/ds at the start of the step or, if the term is evaluated after a
-// motion of the rows, at its end. Let H be d2E/ds2 or a positive semidefinite replacement. Row i
-// gets the force -J_i^T g, and block (i, j) of the stiffness gets J_i^T H J_j. Rows 0 to n - 1 are
-// cloth vertices. Body b has row n + 2b for translation of its centre and row n + 2b + 1 for
-// rotation about it.
+// motion of the rows, at the end of this motion. Let H be d2E/ds2 or a positive semidefinite
+// replacement. Row i gets the force -J_i^T g, and block (i, j) of the stiffness gets J_i^T H J_j.
+// Rows 0 to n - 1 are cloth vertices. Body b has row n + 2b for translation of its centre and row
+// n + 2b + 1 for rotation about it.
 #pragma once
 
 #include <array>

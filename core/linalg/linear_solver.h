@@ -18,8 +18,9 @@
 namespace loomstone {
 
 struct LinearSystem {
-  // Matrix A of the cloth rows: mass plus stiffness. Each rank needs only the rows that it owns. If
-  // the pattern changes between two solves with the same SolveMemory, it must change on all ranks.
+  // Matrix A of the cloth rows: mass plus stiffness; null if there are no cloth rows. Each rank
+  // needs only the rows that it owns. If the pattern changes between two solves with the same
+  // SolveMemory, it must change on all ranks.
   const BlockMatrix* matrix = nullptr;
   // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body). May be null.
   const std::vector<Mat3>* body_blocks = nullptr;
@@ -42,9 +43,10 @@ struct LinearReport {
   int iterations = 0;
   // Iterative solvers: the norm sqrt(r . D^-1 r) divided by the larger of two norms, that of the
   // residual for x = 0 on free rows and that of the momentum of `least_change` [1]. r is the
-  // residual on free rows, and D consists of the diagonal blocks. If a loose tolerance ended the
-  // solve early, r is the residual that the iteration updates, not b - A x. Direct solvers: |r|
-  // divided by its value for x = 0 on free rows [1].
+  // residual on free rows, and D consists of the diagonal blocks of the system for which the
+  // preconditioner was built. If a loose tolerance (LinearSystem::tolerance above that of the
+  // solver) ended the solve early, r is the residual that the iteration updates, not b - A x.
+  // Direct solvers: |r| divided by its value for x = 0 on free rows [1].
   double residual = 0.0;
   bool converged = true;
 };
@@ -83,7 +85,8 @@ class SolveMemory {
   SolveMemory& operator=(SolveMemory&&) noexcept;
 
   PcgMemory& pcg() { return *pcg_; }
-  // Memory of matrix copies and vectors, and of the preconditioner [bytes].
+  // solver_bytes() returns the memory of matrix copies and vectors, and preconditioner_bytes() that
+  // of the preconditioner [bytes].
   std::size_t solver_bytes() const;
   std::size_t preconditioner_bytes() const;
 

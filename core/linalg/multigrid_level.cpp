@@ -15,8 +15,9 @@ constexpr Index parents_per_chunk = rows_per_block / 8;
 constexpr Index chunks_a_task = 8;             // minimum work of a task: about 1,000 nodes
 constexpr Index chunks_of_product_a_task = 2;  // minimum work of a product task: 256 nodes
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
-// nodes, because the eigenvalues of D^-1 A are then below four. For elements that couple more
-// nodes, convergence is not guaranteed. If a V-cycle is indefinite, its correction is dropped.
+// nodes, because the eigenvalues of D^-1 A, with the diagonal blocks D, are then below four. For
+// elements that couple more nodes, convergence is not guaranteed. If a V-cycle is indefinite, its
+// correction is dropped.
 constexpr double damping = 0.5;
 
 std::size_t node_at(Index node) { return 4 * static_cast<std::size_t>(node); }
@@ -49,7 +50,7 @@ LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, c
   return quad_sum(sum);
 }
 
-// Divides [begin, end) into chunks of `chunk` numbers, of which only the last may be shorter. Calls
+// Divides [begin, end) into chunks of `chunk` indices, of which only the last may be shorter. Calls
 // body(first, last) in parallel on ranges of at least `least_a_task` chunks; only the last range
 // may have fewer.
 template <class Body>

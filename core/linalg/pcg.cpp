@@ -7,10 +7,10 @@
 // The solution is accumulated in double precision. The stopping criterion is the true residual
 // r = b - A x in double precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. If the
 // true residual exceeds the tolerance, the iteration continues from it (residual replacement
-// [VanDerVorst2000]). If the tolerance of the system is looser than that of the solver, only the
-// iterated residual is tested, which each step updates by r -= alpha A p. A later solve with a
-// tighter tolerance can then continue the iteration. Systems that single precision cannot solve are
-// solved in double precision.
+// [VanDerVorst2000]). If the tolerance of the system is looser than that of the solver, it
+// suffices that the iterated residual, which each step updates by r -= alpha A p, meets the
+// tolerance of the system. A later solve with a tighter tolerance can then continue the iteration.
+// Systems that single precision cannot solve are solved in double precision.
 #include <algorithm>
 #include <array>
 #include <cmath>

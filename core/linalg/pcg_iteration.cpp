@@ -48,8 +48,8 @@ void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   });
 }
 
-// Computes q = A p on the rows [begin, end) of a block, where A includes the extra terms. Returns
-// p . q.
+// Computes q = A p on the rows [begin, end) of a block, where A includes the extra terms, and
+// restricts q to the coarse levels. Returns p . q.
 template <class Scalar>
 double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k) {
   PcgMemory& m = solve.memory;

@@ -19,8 +19,9 @@ inline std::size_t row_at(Index row) { return 4 * static_cast<std::size_t>(row);
 inline std::size_t slice_at(Index slice) { return 24 * static_cast<std::size_t>(slice); }
 
 // Matrix and vectors of the iteration in one precision. The scaled residual r, the preconditioned
-// residual z and the product q = A p are stored by slices, the direction p by rows. The last row of
-// p belongs to empty lanes and stays zero. P is the preconditioner (preconditioner.h).
+// residual z (without the multigrid correction) and the product q = A p are stored by slices, the
+// direction p by rows. The last row of p belongs to empty lanes and stays zero. P is the
+// preconditioner (preconditioner.h).
 template <class Scalar>
 struct Krylov {
   CouplingMatrix<Scalar> matrix;
@@ -87,7 +88,8 @@ struct PcgSolve {
     const Index place = memory.slices.place[row];
     return slice_at(place / 8) + static_cast<std::size_t>(place % 8);
   }
-  // Sets the three components of a row in a vector stored by slices to value(index, axis).
+  // Sets the three components of a row in a vector v stored by slices to value(index, axis), where
+  // `index` is the index of the component in v.
   template <class Value>
   void set_row(Index row, std::vector<double>& v, Value&& value) const {
     const std::size_t place = place_of(row);

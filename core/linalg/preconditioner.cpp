@@ -13,7 +13,7 @@ namespace {
 std::size_t inverse_at(Index slice) { return 48 * static_cast<std::size_t>(slice); }
 
 // Writes the inverse diagonal blocks of a slice to `out` (6 x 8), with zeros for fixed rows and
-// empty lanes. Returns the first row of the slice whose block is not positive definite, or the
+// empty lanes. Returns the lowest row of the slice whose block is not positive definite, or the
 // number of all rows if there is none.
 Index invert_slice(const LinearSystem& system, const TermRows& terms, const SlicedEllpack& slices,
                    Index slice, float* out) {

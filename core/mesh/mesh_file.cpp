@@ -73,7 +73,8 @@ Array as_rows(const std::vector<Value>& values) {
       Array::ColsAtCompileTime);
 }
 
-// Replaces the triangles of polygons where those around the first corner overlap.
+// Replaces the triangles of each polygon by those of split_polygon(), which are different if the
+// triangles around the first corner overlap. Throws CacheError if split_polygon() returns none.
 void split_concave(RawMesh& raw, const std::string& path) {
   for (const RawMesh::Polygon& polygon : raw.polygons) {
     // Returns the corners of the polygon in a table of triangles.

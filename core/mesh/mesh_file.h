@@ -17,12 +17,11 @@ namespace loomstone {
 // Reads a mesh. In OBJ files, only the statements v, vt and f are read (f with v, v/vt, v//vn or
 // v/vt/vn, also with negative indices). PLY files may be text or binary. They can contain rest
 // coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
-// texcoord of each face. Polygons are split into triangle fans from their first corner. If with_uv
-// is false, rest coordinates in the file are ignored: obstacles and bodies without a texture need
-// none, and texture coordinates may be folded or degenerate. Throws CacheError if the file cannot
-// be read, or if it is truncated or malformed; where possible, the message then gives the position
-// in the file. Throws InvalidInput if TriangleMesh rejects the mesh, and Unsupported for other
-// extensions.
+// texcoord of each face. Polygons are split by split_polygon() (polygons.h). If with_uv is false,
+// rest coordinates in the file are ignored: obstacles and bodies without a texture need none, and
+// texture coordinates may be folded or degenerate. Throws CacheError if the file cannot be read, or
+// if it is truncated or malformed; where possible, the message then gives the position in the file.
+// Throws InvalidInput if TriangleMesh rejects the mesh, and Unsupported for other extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
 // Colours in a mesh file. OBJ files can contain materials, and PLY files colours of vertices.

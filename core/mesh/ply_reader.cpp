@@ -68,7 +68,7 @@ class PlyParser {
     return static_cast<double>(std::bit_cast<Value>(bytes));
   }
 
-  // Reads a value of any type. A double can represent all values of these types exactly.
+  // Reads a value of any type. A double can represent all values of all types of PLY exactly.
   double value(Type type) {
     if (encoding_ == Encoding::Text) return text_value();
     switch (type) {

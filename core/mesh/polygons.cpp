@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Area below which a triangle counts as having none, as a fraction of the sum of the squares of the
-// polygon's edges. Smaller areas are rounding errors.
+// A triangle counts as having no area if twice its area is at most this fraction of the sum of the
+// squared edge lengths of the polygon. Smaller areas are rounding errors.
 constexpr double rounding = 1e-14;
 
 using Fan = std::vector<std::array<int, 3>>;
@@ -27,7 +27,8 @@ double area2(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
 }
 
-// Returns the corners in the plane of the polygon's area vector, in which it is counter-clockwise.
+// Returns the corners projected on the plane perpendicular to the polygon's area vector. In this
+// plane, the polygon is counter-clockwise.
 std::vector<Vec2> flattened(const std::vector<Vec3>& corners, const Vec3& area) {
   const Vec3 n = area.normalized(), u = n.unitOrthogonal(), v = n.cross(u);
   std::vector<Vec2> flat;
@@ -38,8 +39,9 @@ std::vector<Vec2> flattened(const std::vector<Vec3>& corners, const Vec3& area) 
   return flat;
 }
 
-// Returns whether the triangle at place i of the outline `left` lies inside the polygon. No other
-// corner may lie in the triangle or, within rounding, on its border.
+// Returns whether corner i of the outline `left` is an ear: it forms a counter-clockwise triangle
+// with its two neighbours, and no other corner lies in this triangle or, within rounding, on its
+// border. Corners at exactly the position of one of the three are ignored.
 bool is_ear(const std::vector<Vec2>& flat, const std::vector<int>& left, std::size_t i,
             double least) {
   const std::size_t n = left.size(), before = (i + n - 1) % n, after = (i + 1) % n;
@@ -69,7 +71,8 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
     squares += (next - here).squaredNorm();
   }
   const double least = rounding * squares;
-  // Checks of the mesh refuse triangles without area and coordinates that are not finite.
+  // There is no plane to project on if the area vanishes or is not finite. TriangleMesh rejects
+  // triangles without area and coordinates that are not finite.
   if (!(area.norm() > least)) return triangles;
   const std::vector<Vec2> flat = flattened(corners, area);
   const auto lies_right = [&](const std::array<int, 3>& t) {

@@ -9,14 +9,15 @@
 namespace loomstone {
 
 // Returns the triangles of a polygon, three corner numbers each. They have the orientation of the
-// polygon. If the triangles around the first corner do not overlap, they are returned; otherwise
-// ears are cut off one by one [Meisters1975]. The polygon need not be exactly flat. If its
-// outline crosses itself, the result is meaningless or, in most cases, empty.
+// polygon. If the triangles around the first corner do not overlap or if the polygon has no area,
+// they are returned; otherwise ears are cut off one by one [Meisters1975]. The polygon need not be
+// exactly flat. If its outline crosses itself, the result is meaningless or, in most cases, empty.
 std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners);
 
-// Returns the triangles of several polygons as rows of `corners` (c x 3). Polygon p has the corners
-// start[p] to start[p + 1] - 1, of which there may be fewer than three. Throws InvalidInput if
-// split_polygon() returns no triangles for three or more corners.
+// Returns the triangles of several polygons as row indices of `corners` (c x 3). Polygon p has the
+// corners start[p] to start[p + 1] - 1, of which there may be fewer than three. Throws InvalidInput
+// if `start` decreases or exceeds the number of corners, or if split_polygon() returns no triangles
+// for three or more corners.
 Triangles split_polygons(const Points& corners, const std::vector<Index>& start);
 
 }  // namespace loomstone

@@ -49,7 +49,7 @@ class TriangleMesh {
 // repeat vertices along texture seams, because repeated vertices would cut the surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-// Rest coordinates of the corners of the triangles of a mesh. In a triangle that is mirrored in uv,
+// Rest coordinates of the corners of each triangle of a mesh. In a triangle that is mirrored in uv,
 // the sign of u is reversed before the uv are used, so all areas are positive. With uv and
 // rest_from_uv, the uv are the rest coordinates. With uv but without rest_from_uv, each triangle
 // keeps its shape in space; weft is the direction in which u increases at constant v. Without uv,

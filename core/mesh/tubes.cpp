@@ -233,7 +233,7 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
         -mitre, tube_length);
   }
   // The profile goes once around the wall, counter-clockwise in the (radius, z) plane: up the
-  // outside, over the rim, down the inside, around the tube's lower end.
+  // outside, over the rim, down the inside and around the tube's lower end.
   const double step = row_height(0.5 * (top_radius + bottom_radius), segments), lip = 0.5 * wall;
   std::vector<ProfilePoint> profile{{bottom_radius + wall, -tube_length}};
   line_to(profile, {bottom_radius + wall, mitre}, step);

@@ -70,7 +70,7 @@ class Communicator {
   }
 
   // Collective. Returns a new mailbox, whose messages are separate from those of all other
-  // mailboxes. The communicator must outlive the mailbox, and all ranks must destroy it together.
+  // mailboxes. All ranks must destroy the mailbox together, and the communicator must outlive it.
   virtual std::unique_ptr<Mailbox> open_mailbox() const {
     throw Unsupported("this communicator has no mailboxes; use that of MPI or of a single rank");
   }

@@ -14,7 +14,8 @@ Index blocks_of(Index triangles) { return (triangles + rows_per_block - 1) / row
 
 std::vector<Index> first_triangles(const Triangles& triangles, const RowLayout& layout) {
   const Index n = static_cast<Index>(triangles.rows());
-  // first[rank] is the number of triangles whose smallest row belongs to a lower rank.
+  // first[rank] is the number of triangles whose vertex with the smallest row belongs to a lower
+  // rank.
   std::vector<Index> first(layout.starts().size(), 0);
   for (Index t = 0; t < n; ++t) {
     const Index row = triangles.row(t).minCoeff();

@@ -1,6 +1,6 @@
-// Division of the elements of a mesh among ranks. A rank stores all elements that touch its rows,
-// because they contribute to the forces and to the matrix rows that it computes. It also stores the
-// triangles over which it sums energies and errors.
+// Division of the elements of a mesh among ranks. A rank stores all elements that touch its rows
+// (vertices, see row_layout.h), because they contribute to the forces and to the matrix rows that
+// it computes. It also stores the triangles over which it sums energies and errors.
 #pragma once
 
 #include <vector>
@@ -24,14 +24,15 @@ struct MeshPart {
 
 // Returns the first triangle of each rank, followed by the number of triangles. Ranges that are not
 // empty start at multiples of rows_per_block, so that blocks of triangles are summed as on one
-// rank. If triangles are sorted by their smallest row, most of them touch rows of their rank.
+// rank. If triangles are sorted by the smallest row of their vertices, most of them touch rows of
+// their rank.
 std::vector<Index> first_triangles(const Triangles& triangles, const RowLayout& layout);
 
 // Returns the part of this rank. `first` is the result of first_triangles().
 MeshPart part_of_rank(const RowLayout& layout, const std::vector<Index>& first);
 
-// Completes sums over blocks of rows_per_block triangles. Each rank contributes the sums over the
-// blocks of its own triangles. Collective.
+// Collective. Completes `sums`, which has one entry per block of rows_per_block triangles. Each
+// rank contributes the entries for the blocks of its own triangles and receives all others.
 void gather_block_sums(const RowLayout& layout, const std::vector<Index>& first,
                        std::vector<double>& sums);
 

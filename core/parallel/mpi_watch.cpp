@@ -27,7 +27,8 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr int question_tag = 1, answer_tag = 2;
 // Limits of patience_, the longest time for which a watch waits for answers to its roll call. This
-// time is doubled if a lower rank has exceeded the time-out, too. Our choice.
+// time is doubled if a lower rank has exceeded the time-out, too. Even if all ranks answer at once,
+// the watch waits for shortest_patience before it ends the job. Our choice.
 constexpr Seconds shortest_patience{1.0}, longest_patience{10.0};
 constexpr Seconds longest_tick{0.05};
 // MPI_Abort itself may not return. It may wait for an unreachable host or, in MPICH, for the thread

@@ -1,5 +1,5 @@
-// While a NoNestedRegions object exists, OpenMP parallel regions, for example those of other
-// libraries, run on one thread.
+// While a NoNestedRegions object exists, OpenMP parallel regions of the thread that created it, for
+// example in other libraries, run on one thread.
 #pragma once
 
 namespace loomstone {

@@ -1,8 +1,8 @@
 // Waits of a thread for other ranks or threads. The thread polls for a while, and then sleeps
 // between polls. The sleeps grow with the time waited, up to a limit, so sleeping prolongs a wait
-// by at most about a quarter (or 20 us). While other programs are busy, a thread that yields its
-// processor loses it for a whole time slice of several milliseconds. In contrast, Linux wakes a
-// sleeping thread at the end of its sleep.
+// by at most about a quarter of its length, or 20 us if that is more. While other programs are
+// busy, a thread that yields its processor loses it for a whole time slice of several milliseconds.
+// In contrast, Linux wakes a sleeping thread at the end of its sleep.
 //
 // If there are more ranks than processors, threads yield before they sleep, because another rank
 // then continues within microseconds.

@@ -43,7 +43,7 @@ std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const Se
 }
 
 // Replaces each new cut r by present[r] if the cost between the two is at most `tolerance` times
-// the mean cost of a range.
+// the mean cost of a range. Cuts that would then precede the cut before them are moved to it.
 void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
                 double tolerance, std::vector<std::size_t>& cuts) {
   const double most =

@@ -21,7 +21,7 @@ SectionRanges section_ranges(const std::vector<float>& costs, const SectionStart
 
 // Like section_ranges() above, for as many ranges as `present` has. Keeps each boundary of
 // `present` if the cost between it and the new boundary is at most `tolerance` times the mean cost
-// of the ranges that are cut together.
+// per range of the sections that are cut together.
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              const SectionRanges& present, double tolerance);
 

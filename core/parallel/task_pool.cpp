@@ -62,9 +62,10 @@ class SharedTasks {
     const std::lock_guard lock(mutex_);
     --active_;
   }
-  // Removes and returns the oldest task, for another rank. Its tests are usually closest to the
-  // roots of the trees. If no worker is active, keeps one task, because ranks could otherwise pass
-  // a task on forever without performing it.
+  // Removes and returns the oldest task, for another rank; returns nothing if there is no task to
+  // give. The tests of the oldest task are usually closest to the roots of the hierarchies. If no
+  // worker is active, keeps one task, because ranks could otherwise pass a task on forever without
+  // performing it.
   std::optional<Tests> give() {
     const std::lock_guard lock(mutex_);
     const std::size_t kept = active_ > 0 ? 0 : 1;

@@ -39,8 +39,8 @@ int default_thread_count();
 // Returns the index of the calling thread in its parallel loop, 0 to threads - 1.
 int thread_number();
 
-// Throws Unsupported in a forked process if a loop ran on several threads before the fork, because
-// libgomp would then hang.
+// Must be called before each parallel region. Throws Unsupported in a forked process if a loop ran
+// on several threads before the fork, because libgomp would then hang.
 void check_not_forked();
 
 // Timer that adds its lifetime to the busy time of the calling thread.

@@ -33,7 +33,8 @@ class Termination {
     sent_ += sent, received_ += received;
     contributed_ = true;
   }
-  // On rank 0 after its contribution: returns whether all work is done.
+  // Must be called once per wave, on rank 0 after its contribution. Returns whether all work is
+  // done.
   bool done() {
     const bool done = size_ == 1 || received_before_ == sent_;
     received_before_ = received_;

@@ -18,8 +18,8 @@ class ThreadChoice {
 
   int threads() const { return threads_; }
 
-  // Both functions must be called by the thread that steps the simulation, at the start and at the
-  // end of each step.
+  // The thread that steps the simulation must call start() at the start of each step and stop() at
+  // its end.
   void start();
   void stop();
 

@@ -103,7 +103,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only an axis of clearly smaller overlap replaces another, so contacts keep their type.
+  // Only an axis of clearly smaller overlap replaces another: which features meet changes rarely.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -256,7 +256,7 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 // for a contact, with the overlap o. If o > m, contacts have the direction of the best admissible
 // axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
 // the candidate with the smallest o is added, together with the deferred contacts whose m is less
-// than this o.
+// than this o. If there is no candidate, all deferred contacts are added.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

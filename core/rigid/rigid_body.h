@@ -78,7 +78,8 @@ struct MassProperties {
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
 MassProperties mass_properties(const RigidBody& body);
 
-// State of all bodies. Positions are those of the centres of mass. Quaternions are (w, x, y, z).
+// State of all bodies. Positions and velocities are those of the centres of mass. Angular
+// velocities are in world axes. Quaternions are (w, x, y, z), body to world.
 struct RigidState {
   Points positions;                                                        // (b x 3) [m]
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4)
@@ -170,8 +171,9 @@ class RigidWorld {
   // Mass properties of the bodies. The inertia is about the centre of mass, in mesh axes.
   const std::vector<MassProperties>& mass_properties() const;
 
-  // Builds a new world from `state`, including its manifolds. Later results then do not depend on
-  // any step before this call, except through `state`.
+  // Builds a new world from `state`, including its manifolds. If these are empty, there are no
+  // contact points, and obstacles are at their start. Later results do not depend on any step
+  // before this call, except through `state`.
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
   // advances by `step` [s]. `obstacles` are the positions at the end of the step, which determine

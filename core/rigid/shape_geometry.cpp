@@ -1,5 +1,5 @@
-// Geometry of collision shapes: principal axes, sphere test, motion of triangles, and hulls shrunk
-// by a margin.
+// Geometry of collision shapes: principal axes, checks of spheres and boxes, motion of triangles,
+// and hulls shrunk by a margin.
 #include "core/rigid/shape_geometry.h"
 
 #include <algorithm>

@@ -9,8 +9,9 @@ namespace loomstone {
 // create several contacts for one pair of spheres, and let spheres get caught at internal edges of
 // a flat surface.
 // Unless the bodies bounce, this algorithm also creates the contacts that the sphere will reach on
-// its path in this step. The sphere then moves until it touches, without overlapping first. A
-// sphere that is struck during the step leaves this path and may overlap for one step.
+// its path in this step. The sphere then moves until it touches the other surface, without
+// overlapping it first. A sphere that is struck during the step leaves this path and may overlap
+// for one step.
 class SphereAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

@@ -41,10 +41,11 @@ struct MovingSphere {
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near`, then contacts ahead: the first contacts during the
-  // motion. If the motion is longer than `near`, contacts with a gap above 0.1 `near` that the
-  // motion may close are added only if the search ahead finds them. `contacts` must be empty on
-  // entry. If there are more than `most` contacts, keeps the first contact ahead, if any, then
-  // contacts at the start with the most different normals, then further contacts ahead.
+  // part of the motion that the contacts already found do not block. If the motion is longer than
+  // `near`, contacts with a gap above 0.1 `near` that the motion may close are added only if the
+  // search ahead finds them. `contacts` must be empty on entry. If there are more than `most`
+  // contacts, keeps the first contact ahead, if any, then contacts at the start with the most
+  // different normals, then further contacts ahead.
   void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
             double near, std::size_t most, std::vector<SphereContact>& contacts);
 

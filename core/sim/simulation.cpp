@@ -112,7 +112,7 @@ struct Simulation::Data {
   // the user may later request the report on one rank alone. A run on one rank measures on request.
   void measure_together() {
     if (communicator->size() == 1) return;
-    const std::int64_t counted = iterations;  // only iterations of steps are counted
+    const std::int64_t counted = iterations;  // iterations of this measurement do not count
     know_contacts(state, stepper->engines());
     measure(state, state.time, stepper->engines(), Measuring::Together, outcome.report);
     iterations = counted;

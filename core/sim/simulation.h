@@ -41,8 +41,8 @@ class Simulation {
   double time() const;  // [s]
   std::int64_t step_index() const;
   double step_size() const;  // length of a step; the largest length of automatic steps [s]
-  // Returns loomstone::stable_step() at the present positions, the longest step at which
-  // symplectic Euler is stable [s]; infinite without cloth.
+  // Returns an estimate of the longest step at which symplectic Euler is stable for small motions
+  // about the present positions [s]; infinite without cloth. See loomstone::stable_step().
   double stable_step() const;
   int threads() const;
   const Communicator& communicator() const;

@@ -51,8 +51,8 @@ class Simulation(_core.Simulation):
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array of the cloth is assigned
-        between steps, each row takes the value assigned on the rank that owns it. Values assigned
-        for bodies and obstacles are those of rank 0.
+        between steps, each row takes the value assigned on the rank that owns it. For bodies and
+        obstacles, only values assigned on rank 0 take effect.
     decomposition : how the search for collisions is divided among ranks and threads. "predicted":
         every rank keeps a part of the neighbour lists over several steps and tests their pairs. The
         costs of the lists in earlier steps determine the parts. "static" and "dynamic": every step
@@ -161,8 +161,8 @@ class Simulation(_core.Simulation):
             pictures of a resumed run, or else the defaults. Pictures are drawn during the run, or
             at its end if their colours or a fitted camera depend on all frames. Options that differ
             from those of existing pictures are refused, unless `overwrite` replaces the run.
-        verify : count the intersecting triangles of every frame exactly, and write the counts to
-            frames.csv and the report
+        verify : count the intersecting triangle pairs of every frame exactly, and write the counts
+            to frames.csv and a summary of them to the report
         record_tasks : n, to record the motion of surfaces in every n-th step for `loomstone
             replay`; 0, to record none
         compression : level of the deflate compression of frames, 0 (none) to 9. Compressed files

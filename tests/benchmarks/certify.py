@@ -106,7 +106,7 @@ Step = float | Literal["auto"]  # [s]
 
 
 def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
-    """Returns scene, integrator and duration [s]."""
+    """Returns the scene `name`, with collisions, and its integrator and duration [s]."""
     if name in EXTREME:
         make, duration = EXTREME[name]
         return make(), ls.SemiImplicitEuler(), duration

@@ -2,12 +2,12 @@
 
     python tests/benchmarks/crossed.py --triangles 450 1800 --starts 10 [--kinds falling floor]
 
-The sheets fall freely (falling), fall onto a floor (floor), have no gravity (weightless), or fall
-while one edge of the first is pinned (pinned). For each kind, size and start, the table lists the
-number of intersecting pairs at the start, the time from which no step ends with an intersection,
-the number of intersecting pairs in frames after that time (333 and 1,777 per second, interpolated
-between steps), the largest stretch and the processor time. The exit status is 1 if sheets part
-later than 0.5 s or not at all, or if any of these frames has an intersecting pair.
+The sheets fall freely (falling), fall onto a floor (floor), float without gravity (weightless), or
+fall while one edge of the first is pinned (pinned). For each kind, size and start, the table lists
+the number of intersecting pairs at the start, the time from which no step ends with an
+intersection, the number of intersecting pairs in frames after that time (333 and 1,777 per second,
+interpolated between steps), the largest stretch and the processor time. The exit status is 1 if
+sheets part later than 0.5 s or not at all, or if any of these frames has an intersecting pair.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ def sleeve(
 
 
 def wrung() -> ls.Scene:
-    """A sleeve with strain limits of 5 % (shear: 10 %) whose lower rim turns by 360 degrees in 1 s.
+    """A tube with strain limits of 5 % (shear: 10 %) whose lower rim turns by 360 degrees in 1 s.
 
     Meanwhile, the rims approach each other by 0.08 m.
     """

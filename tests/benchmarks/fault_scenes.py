@@ -104,7 +104,9 @@ def try_mutation(mutation: dict[str, Any]) -> str:
 
 
 def try_scene(number: int, count: int = 50) -> str:
-    """Tries up to `count` scenes that the seed `number` determines. Returns how many were tried."""
+    """Tries up to `count` scenes that the seed `number` determines. Returns their number, followed
+    by the word "scenes".
+    """
     seen: list[str] = []
 
     @seed(number)

@@ -34,7 +34,7 @@ def scene():
 
 
 def command(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Runs the command loomstone and waits for its end."""
+    """Runs the command loomstone to its end, and returns its exit status and output."""
     return subprocess.run(
         [sys.executable, "-m", "loomstone", *map(str, arguments)],
         capture_output=True,
@@ -230,8 +230,8 @@ def read_damaged(place: Path, reader: str, seed: int) -> str:
 
 
 def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
-    """Runs trials in child processes. A crash, a hang or an allocation beyond 4 GiB ends only the
-    child.
+    """Runs trials in child processes. A crash, a trial longer than `seconds` [s] or an allocation
+    beyond 4 GiB ends only the child.
 
     Yields each seed with "read", "refused" or what went wrong. A child runs this file with
     `arguments`, followed by seeds, and prints a line for each seed.

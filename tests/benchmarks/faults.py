@@ -182,7 +182,9 @@ def long(place: Path, scale: float) -> Trials:
 
 
 def sixty_seconds(name: str, duration: float) -> str:
-    """Returns a sentence with the memory and the time per step in a run's first and last third."""
+    """Simulates the scene `name` for `duration` [s]. Returns a sentence with the memory after the
+    first and the last third, and the mean time per step in them.
+    """
     file = SceneFile.open(SCENES / f"{name}.py", LONG[name])
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
     memory, seconds = [], []

@@ -4,8 +4,8 @@
 
 Runs the given scenes or, by default, all scenes that OUT/gallery.json does not list, so that an
 interrupted call continues. Each scene runs with its default parameters on one thread. One frame of
-it is drawn as OUT/images/scenes/NAME.jpg, and its numbers of triangles and bodies and its times are
-written to OUT/gallery.json. All scenes together take about 20 minutes.
+it is drawn as OUT/images/scenes/NAME.jpg. Its number of cloth triangles, its number of bodies and
+obstacles, and its times are written to OUT/gallery.json. All scenes together take about 20 minutes.
 """
 
 from __future__ import annotations

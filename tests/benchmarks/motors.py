@@ -100,8 +100,8 @@ def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
     table.
 
     Also returns the error of the energy balance [J], the sum of the energies that sources supply
-    and losses dissipate [J], and the largest absolute coordinate of the rotor's centre
-    at the end [m].
+    and that resistances and bearings dissipate [J], and the largest absolute coordinate of the
+    rotor's centre at the end [m].
     """
     scene, angle = scene_of(case, until)
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)

@@ -10,15 +10,16 @@ size, speed by 500. In a `mixture`, up to three cloths meet bodies, magnets, coi
 obstacles that move. A scene is listed if it is refused (for example because cloths intersect at the
 start), or if
 
-- a step fails, an impact remains, or triangles intersect although no script forces them to;
+- a step fails, or an impact remains or triangles intersect before a script has forced any
+  triangles to intersect;
 - the balance of energy with contacts rises by more than --tolerance of the largest kinetic energy
   or of the work of scripts, whichever is larger;
 - the solve creates more energy than initial motion, gravity, scripts and loads supply, even if
   certification removes it;
 - or a step takes longer than --longest.
 
-A run stops after --wall seconds, even if its simulated time is not over. The exit status is 1 if a
-step failed, an impact remained or triangles intersected.
+A run stops after --wall seconds, even if its simulated time is not over. The exit status is 1 if
+the first item of this list applies to any scene.
 """
 
 import argparse
@@ -83,7 +84,9 @@ def judge(sim: ls.Simulation, end: float, given: argparse.Namespace) -> Verdict:
 
 
 def run(kind: str, number: int, given: argparse.Namespace) -> Verdict:
-    """Runs a scene. Prints a line if it is refused, if something goes wrong, or with --only."""
+    """Runs a scene and returns its verdict, which has no faults if the scene is refused. Prints a
+    line if the scene is refused, if something goes wrong, or with --only.
+    """
     random = np.random.default_rng((given.seed, number))
     name = given.integrators[int(random.integers(len(given.integrators)))]
     words, size, scene = KINDS[kind](random)

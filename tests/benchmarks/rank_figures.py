@@ -85,7 +85,7 @@ def partitions(name: str, options: argparse.Namespace, times: tuple[float, ...])
 
 
 def figure_1(options: argparse.Namespace) -> None:
-    """Draws figure 5.1, a close view of the folded sheet."""
+    """Draws figure 5.1: close views of the folding sheet at three instants."""
     camera = ls.Camera(fit=False, eye=(0.26, -0.22, 0.12), target=(0.0, 0.0, 0.03))
     pictures = seen(
         "fold", options, (0.4, 0.6, 1.6), look=lambda look, frame: look.replace(camera=camera)

@@ -26,7 +26,10 @@ AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
 def parsed(parser: argparse.ArgumentParser, **tiny: Any) -> argparse.Namespace:
-    """Adds --smoke to the options and parses them. With --smoke, `tiny` replaces their defaults."""
+    """Adds --smoke to the options of `parser`, and returns the parsed options.
+
+    With --smoke, the values in `tiny` replace the defaults of the options that they name.
+    """
     parser.add_argument("--smoke", action="store_true", help="tiny sizes, a few seconds")
     if "--smoke" in sys.argv:
         parser.set_defaults(**tiny)

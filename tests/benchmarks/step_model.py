@@ -34,7 +34,7 @@ NETWORKS = {"1.5 us, 10 GB/s": (1.5e-6, 1e10, 0.2e-6), "12 us, 1 GB/s": (12e-6, 
 
 @dataclass
 class Measured:
-    """Times of collision handling and of the rest of a step, without communication [s], averaged
+    """Times [s] that collision handling and the rest of a step take outside communication, averaged
     over the ranks and steps of a run, and the traffic in a step, averaged over the steps.
     """
 

@@ -4,13 +4,13 @@
     --damping 1e-5 --duration 4]
 
 In the first tables, one for each value of --fine, the cloth (a hat) hangs from a point of its brim,
-without collisions. They list updates of triangles and processor time of stepping, both per second
-of motion. The columns "fewer" and "less" give the updates and the time of symplectic Euler divided
-by those of the row. Asynchronous steps and the step of symplectic Euler are the same share of their
-limits of stability. With the default rigidity, bending limits the steps at the tip; with `--bending
-1e-5 --damping 0`, the membrane does. In the last table, the hat falls on the floor. The table lists
-the processor time of stepping and of collision handling per second of motion. For asynchronous
-steps, stepping includes the contacts at events.
+without collisions. These tables list updates of triangles and processor time of stepping, both per
+second of motion. The columns "fewer" and "less" give the updates and the time of symplectic Euler
+divided by those of the row. Asynchronous steps and the step of symplectic Euler are the same share
+of their limits of stability. With the default rigidity, bending limits the steps at the tip; with
+`--bending 1e-5 --damping 0`, the membrane does. In the last table, the hat falls on the floor. The
+table lists the processor time of stepping and of collision handling per second of motion. For
+asynchronous steps, stepping includes the contacts at events.
 """
 
 import argparse
@@ -57,7 +57,10 @@ class Cost(NamedTuple):
 
 
 def cost(scene: ls.Scene, integrator: ls.Integrator, duration: float) -> Cost:
-    """Runs the scene. Divides processor time among the stages in proportion to their wall time."""
+    """Runs the scene and returns its cost. If a step fails, the cost is that of the motion before.
+
+    Processor time is divided among the stages in proportion to their wall times.
+    """
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     updates = stepping = collisions = wall = 0.0
     failure, start = "", time.process_time()

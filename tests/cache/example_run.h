@@ -23,7 +23,7 @@ class TemporaryDirectory {
 };
 
 // Topology of two cloths of side x side vertices each. In the arrays, the second cloth follows the
-// first one. With bodies, also a tetrahedron and a floor.
+// first one. If `with_bodies` is true, the bodies are a tetrahedron and a floor.
 FrameTopology example_topology(int side, bool with_bodies);
 Frame example_frame(const FrameTopology& topology, int index);
 

@@ -1,4 +1,5 @@
-// A membrane sheet for tests, its strong deformation, and helpers that evaluate it.
+// A membrane sheet for tests, a strongly deformed shape of it, and helpers that evaluate its forces
+// and matrices.
 #pragma once
 
 #include <random>

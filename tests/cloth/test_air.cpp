@@ -41,7 +41,7 @@ TEST_CASE(
 }
 
 TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
-  // The equation m dv/dt = m g - c v^2 with c = density C A / 2 has the solution
+  // From rest, the equation m dv/dt = m g - c v^2 with c = density C A / 2 has the solution
   //   v = v_t tanh(g t / v_t) with v_t = sqrt(m g / c).
   const TriangleMesh mesh = grid_cells(0.4, 0.5, 2, 2);
   Air air;

@@ -85,7 +85,7 @@ TEST_CASE("contacts agree with a test of all pairs in every step, for any number
     });
     int i = 0;
     for (const int threads : {1, 2, 3, 7}) {
-      // A new stage must give the same contacts.
+      // A stage without earlier steps must give the same contacts as the others.
       if (step % 3 == 2 && threads == 3) stages[i] = std::make_unique<CollisionStage>(model);
       const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x, {});
       std::vector<Key> found;

@@ -1,4 +1,5 @@
-// Tests of the search for pairs that may touch within a step, and of their impulses.
+// Tests of the search for pairs of features that may touch within a step, and of the impulses
+// between them.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

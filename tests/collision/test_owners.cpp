@@ -143,7 +143,7 @@ TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
       if (step >= 20) steps[ranks->rank()] += ranks->traffic().operations - before == 2;
     }
   });
-  // The lists may be distributed again in every eighth update.
+  // Other steps distribute the lists again, at most once in eight updates.
   for (const int n : steps) CHECK(n >= 15);
 }
 

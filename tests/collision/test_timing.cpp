@@ -14,7 +14,7 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Returns the wall time if there are several threads [ms]. For one thread, returns the processor
+// Returns the wall time [ms] if there are several threads. For one thread, returns the processor
 // time [ms], which other programs hardly affect.
 double milliseconds(int threads) {
   if (threads == 1) {

@@ -7,7 +7,7 @@ hash is that of the state before it.
     python tests/digests/digests.py --compare --decomposition dynamic
     python tests/digests/digests.py --record [names ...]
 
-The 45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect
+The 45 steps include the rebuild of the rigid-body world at step 40. A change that must not affect
 results leaves all digests unchanged. A commit that affects results must contain new digests and
 explain them in its message. Digests are valid only on the machine on which they were recorded. On
 another machine, --compare prints the properties (machine.py) that differ and exits with status 77.

@@ -1,4 +1,4 @@
-"""Properties of the machine that affect the bits of a result: compiler, libraries, processor."""
+"""Properties of the machine that affect the bits of a result: compiler, libraries and processor."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ Points spinning(const Points& x) {
 }
 
 // Returns the positions of a spinning sheet after 0.05 s, computed with the given step. The sheet
-// starts stretched in its plane, so it is under tension everywhere. If the steps are unequal, their
-// lengths alternate between 1.4 and 0.6 times the given one.
+// starts bent, and stretched in its plane, so it is under tension everywhere. If the steps are
+// unequal, their lengths alternate between 1.4 and 0.6 times the given one.
 Points end_of_motion(const std::string& method, double step, double bending,
                      const char* treatment = nullptr, bool unequal = false) {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
@@ -185,9 +185,9 @@ TEST_CASE("the stable step of stretched cloth follows from its stiffening") {
       const double stiffening = stiffening_of_rank(elasticity, {}, x);
       const double rest = stable_step_at(model, mesh.vertices()), now = stable_step_at(model, x);
       CAPTURE(poisson, stretch.transpose(), stiffening, rest, now);
-      // Automatic steps are at least a tenth shorter than the stable step that follows from
-      // `stiffening`. Because of modes that also shear, the stable step may be shorter than that by
-      // half of this margin.
+      // Automatic steps are at least a tenth shorter than the stable step that `stiffening`
+      // predicts. Because of modes that also shear, the true stable step `now` may be shorter than
+      // the predicted one by up to half of this margin.
       CHECK(now > 0.95 * rest / std::sqrt(stiffening));
       CHECK(stiffening < 2.0 * (rest / now) * (rest / now));
     }

@@ -63,8 +63,9 @@ class RandomSystemBuilder {
   RandomSystem take() { return std::move(made_); }
 
  private:
-  // Uses the integers of the generator, which are the same in all standard libraries. The numbers
-  // of std::uniform_real_distribution are not.
+  // Returns a random number in [-1, 1). It is made from an integer of the generator, because the
+  // integers are the same in all standard libraries. The numbers of std::uniform_real_distribution
+  // are not.
   double number() { return 2.0 * static_cast<double>(random_() >> 8) / 16777216.0 - 1.0; }
   Vec3 vector() {
     const double x = number(), y = number(), z = number();

@@ -80,7 +80,7 @@ TEST_CASE("the inverse of a positive definite block is exact to rounding and oth
     const Mat3 a = root * root.transpose() + 0.1 * Mat3::Identity();
     Mat3 inverse = Mat3::Zero();
     REQUIRE(invert_positive_definite(a, inverse));
-    // Condition numbers are below 100.
+    // The eigenvalues of `a` are between 0.1 and 9.1, so its condition number is below 100.
     CHECK((a * inverse - Mat3::Identity()).norm() < 1e-12);
     Mat3 bad = a;
     bad(i % 3, i % 3) = -0.1;

@@ -53,8 +53,8 @@ TEST_CASE("every method solves the system with terms, bodies and fixed rows") {
     INFO(name_of(method));
     LinearReport report;
     const Points x = solved(system, {method, 1e-12, 2000}, 1, &report);
-    // The condition number is near 100, so a relative residual of 1e-12 means a relative error of x
-    // below 1e-10.
+    // The condition number of the free rows is below 100, so a relative residual of 1e-12 means a
+    // relative error of x below 1e-10.
     CHECK((x - expected).norm() < 1e-10 * expected.norm());
     CHECK(report.converged);
     CHECK(report.iterations >= 1);

@@ -13,8 +13,8 @@ namespace {
 
 Vec3 area_of(const Vec3& a, const Vec3& b, const Vec3& c) { return 0.5 * (b - a).cross(c - a); }
 
-// Checks that the triangles cover the polygon once: all have the orientation of `normal`, and their
-// areas add up to `area`.
+// Checks that the triangles of split_polygon() cover the polygon once: all have the orientation of
+// `normal`, and their areas add up to `area`.
 void check_split(const std::vector<Vec3>& polygon, const Vec3& normal, double area) {
   const auto triangles = split_polygon(polygon);
   REQUIRE(triangles.size() == polygon.size() - 2);

@@ -91,7 +91,7 @@ void check_against_brute_force(const TriangleMesh& mesh, int n_points, std::uint
     const Vec3 p = centre + random_point(random, 1.5 * size);
     const ClosestPoint found = query.closest(p, infinity);
     REQUIRE(found.triangle >= 0);
-    // The tolerance covers rounding in both methods.
+    // The tolerance covers rounding in the query and in the search over all triangles.
     const double rounding = 1e-14 * (size + centre.norm());
     REQUIRE(std::abs(found.distance - brute_force(p, mesh.vertices(), mesh.triangles())) <
             rounding);

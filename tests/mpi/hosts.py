@@ -60,7 +60,7 @@ class Hosts:
         return f"{self._prefix}n{node}"
 
     def inside(self, node):
-        """Returns what to put before a command to run it on a host without an extra process."""
+        """Returns words to prepend to a command, to run it on a host without an extra process."""
         enter = ["nsenter", f"--net=/run/netns/{self.name(node)}", "unshare", "--uts"]
         return [*enter, "/bin/sh", "-c", f'hostname node{node}; exec "$0" "$@"']
 

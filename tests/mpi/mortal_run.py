@@ -44,7 +44,7 @@ def straight():
 
 
 def resumes(out, command=(sys.executable,)):
-    """Returns whether resuming completes the run with the bits of a run without the fault.
+    """Resumes the run. Returns whether its final state has the bits of a run without the fault.
 
     The run continues from a checkpoint before the fault. The fault does not occur again.
     """

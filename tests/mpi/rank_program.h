@@ -1,5 +1,5 @@
 // Shared parts of programs that run on several ranks: claims, which end all ranks if false, and
-// hashes that compare bits.
+// hashes, which show whether results have the same bits on all ranks and in other runs.
 #pragma once
 
 #include <cstdint>

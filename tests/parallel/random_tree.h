@@ -29,7 +29,7 @@ class RandomTree {
     for (Index root = rank; root < n_roots_; root += n_ranks) tests.push_back(test(root));
     return tests;
   }
-  // Appends the tests that follow from `given` to `stack`. Returns the node of `given`.
+  // Appends the tests of the children of `given` to `stack`. Returns the node of `given`.
   Index expand(const NodeTest& given, std::vector<NodeTest>& stack) const {
     for (const Index child : children_[given.node_a]) stack.push_back(test(child));
     return given.node_a;

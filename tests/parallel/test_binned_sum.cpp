@@ -38,7 +38,7 @@ std::vector<double> numbers_of(int n, int range, unsigned seed) {
   return numbers;
 }
 
-// Returns the sum of the numbers, computed from sums of random subsets, added in random order.
+// Returns the sum of the numbers, computed by adding sums of random subsets in random order.
 double sum_of_parts(const std::vector<double>& numbers, std::mt19937& random) {
   std::vector<BinnedSum> parts(1 + random() % 7);
   for (const double number : numbers) parts[random() % parts.size()].add(number);

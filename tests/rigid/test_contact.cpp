@@ -10,7 +10,7 @@ using namespace loomstone;
 
 namespace {
 
-// Height of the lowest vertex of the body's mesh above z = 0 [m].
+// Height [m] of the lowest vertex of the body's mesh above z = 0.
 double clearance(const RigidWorld& world, const RigidState& state, Index body,
                  const TriangleMesh& mesh) {
   return world_vertices(state, body, mesh, world.mass_properties()[body]).col(2).minCoeff();

@@ -99,7 +99,7 @@ TEST_CASE("open, inside-out and flat meshes have no mass") {
   swapped.col(0).swap(swapped.col(1));
   CHECK_THROWS_WITH(mass_properties(TriangleMesh(good.vertices(), swapped), 1.0),
                     Catch::Contains("inside-out"));
-  // A body flattened along a diagonal has no volume, but every face has an area.
+  // A body flattened along an oblique direction has no volume, but every face has an area.
   const Vec3 diagonal = Vec3(1, 2, 3).normalized();
   const Points flat = good.vertices() - good.vertices() * diagonal * diagonal.transpose();
   CHECK_THROWS_WITH(mass_properties(TriangleMesh(flat, good.triangles()), 1.0),

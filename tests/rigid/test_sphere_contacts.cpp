@@ -55,7 +55,7 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
 TEST_CASE(
     "each wall of a corner is touched, an edge and a tip once, and features out of reach are not") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
-  // The centre is inside the cube. The first sphere overlaps three faces, the second two.
+  // Both centres are inside the cube. The first sphere overlaps three faces, the second two.
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.0), 0.1, 0.0).size() == 2);
   const auto edge = contacts_on(cube, Vec3(0.53, 0.54, 0.1), 0.06, 0.0);

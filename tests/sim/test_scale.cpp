@@ -10,9 +10,9 @@ using namespace loomstone::test;
 
 namespace {
 
-// A sheet that falls over a ball, with folds in contact, at `scale` times its size. Froude scaling
-// keeps gravity and area density: membrane stiffness [N/m] grows with the scale, bending rigidity
-// [N m] with its third power.
+// A sheet of 0.25 m that falls over a ball, with folds in contact, scaled by `scale`. Froude
+// scaling keeps gravity and area density: membrane stiffness [N/m] grows with the scale, bending
+// rigidity [N m] with its third power.
 Scene drape(double scale) {
   Scene scene;
   Cloth cloth;
@@ -34,8 +34,8 @@ Scene drape(double scale) {
 }  // namespace
 
 TEST_CASE("a scene has no length of its own: scaled by powers of two it gives the same bits") {
-  // If lengths are multiplied by powers of four, times and velocities are multiplied by powers of
-  // two, so all rounding errors scale with them.
+  // If lengths are multiplied by a power of four, times and velocities are multiplied by a power of
+  // two. Multiplication by powers of two is exact, so rounding errors scale like the numbers.
   const auto end_of = [](double scale) {
     Simulation sim(drape(scale), step_of(4e-3 * std::sqrt(scale)), 1);
     std::int64_t impacts = 0, contacts = 0;

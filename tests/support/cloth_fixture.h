@@ -38,7 +38,7 @@ struct ClothRun {
       sum += 0.5 * model.mass[i] * state.v.row(i).squaredNorm();
     return sum;
   }
-  // Potential energy of membrane, bending and the constant forces [J].
+  // Potential energy [J] of membrane, bending and the constant forces.
   double potential_energy() {
     double sum = elasticity->membrane_energy({}, state.x) + elasticity->bending_energy({}, state.x);
     for (Index i = 0; i < model.n_vertices; ++i) sum -= force.row(i).dot(state.x.row(i));

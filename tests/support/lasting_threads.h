@@ -47,7 +47,7 @@ class LastingThread {
 };
 
 // Calls job(i) for i = 0 to n - 1, each in a thread of its own, and waits for all of them. `job`
-// must not throw. Must be called by the main thread.
+// must not throw. Only the main thread may call this function.
 inline void run_together(int n, const std::function<void(int)>& job) {
   omp_get_max_threads();  // the main thread becomes the first thread of OpenMP
   static auto& threads = *new std::vector<std::unique_ptr<LastingThread>>;

@@ -41,8 +41,8 @@ struct BendingSetup {
   // Such a bound suffices for stable linearly implicit steps. The lumped matrix is not taken from
   // the literature.
   bool lumped_stiffness = false;
-  // (m) 1: the triangle has energy; 0: it has none, and serves only to find the curvature of its
-  // neighbours. Empty: all triangles have energy. The energies of disjoint sets of triangles add up
+  // (m) 1: the triangle has energy; 0: it has none, and serves only to find the curvature of nearby
+  // triangles. Empty: all triangles have energy. The energies of disjoint sets of triangles add up
   // to the energy of their union.
   std::vector<std::uint8_t> acts;
 
@@ -91,9 +91,10 @@ class Bending {
   // rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
-  // Largest eigenvalue lambda of M^-1 K at the rest positions, by power iteration [1/s^2]. M is the
-  // mass matrix, and K is the bending stiffness. Without damping, symplectic Euler is stable if
-  // its steps are shorter than 2 / sqrt(lambda) [s]. Requires BendingSetup::keeps_rest.
+  // Returns the largest eigenvalue lambda of M^-1 K at the rest positions [1/s^2], slightly
+  // underestimated by power iteration. M is the mass matrix, and K is the bending stiffness.
+  // Without damping, symplectic Euler is stable if its steps are shorter than 2 / sqrt(lambda) [s].
+  // Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges whose slope is the plain mean of the slopes of their two triangles, because a

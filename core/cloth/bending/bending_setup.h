@@ -22,10 +22,11 @@ HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges);
 // Returns 0, 1, ..., n - 1.
 std::vector<Index> all_of(Index n);
 
-// Returns the largest eigenvalue of M^-1 K at the rest positions, by power iteration [1/s^2]. M is
-// the mass matrix, and K is the bending stiffness. moments(values, out) must set `out` to A r with
-// the angular rates r of the hinges (values.rate) and the matrix A of the derivatives of the hinge
-// moments with respect to the hinge angles. Prescribed vertices do not move.
+// Returns the largest eigenvalue of M^-1 K at the rest positions [1/s^2], slightly underestimated
+// by power iteration. M is the mass matrix, and K is the bending stiffness. moments(values, out)
+// must set `out` to A r with the angular rates r of the hinges (values.rate) and the matrix A of
+// the derivatives of the hinge moments with respect to the hinge angles. Prescribed vertices do not
+// move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
                        const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);

@@ -1,7 +1,7 @@
 // Bending of a subset of the triangles of a mesh. The asynchronous integrator gives triangles steps
 // of different lengths and evaluates the triangles of each step length separately. Each of these
 // subsets has a vertex numbering of its own. A rank stores mid-edge elements only for its part of
-// the mesh (mesh_part.h).
+// the mesh (core/parallel/mesh_part.h) and the neighbouring triangles that affect its rows.
 #pragma once
 
 #include <vector>

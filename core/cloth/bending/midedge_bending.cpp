@@ -217,8 +217,8 @@ double MidedgeBending::energy(const Team& team, const Points& x) const {
 void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange triangles,
                                   double* sums) const {
   if (hinges_.n_hinges() == 0) return;
-  // Gradients and hinges of other triangles are evaluated too, so that forces at the same positions
-  // can reuse these values.
+  // Evaluates all hinges, and their gradients too, so that forces at the same positions can reuse
+  // these values.
   hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
   const Index first_batch = triangles.begin / n_lanes;
   std::vector<Index> batches((triangles.end + n_lanes - 1) / n_lanes - first_batch);

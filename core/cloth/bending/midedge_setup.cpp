@@ -54,9 +54,9 @@ Mat3 turn(double alpha) {
   return r;
 }
 
-// Null space and pseudo-inverse of a symmetric matrix. Eigenvalues up to `threshold` times the
-// largest eigenvalue count as zero. For a matrix S S^T, this means that singular values of S up to
-// sqrt(threshold) times the largest one count as zero.
+// Null space and pseudo-inverse of a positive semi-definite matrix. Eigenvalues up to `threshold`
+// times the largest eigenvalue count as zero. For a matrix S S^T, this means that singular values
+// of S up to sqrt(threshold) times the largest one count as zero.
 struct Split {
   Mat3 vectors;
   Vec3 values;

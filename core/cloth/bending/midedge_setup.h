@@ -16,8 +16,9 @@
 
 namespace loomstone::midedge {
 
-// Bending element of one triangle. The curvature of the triangle in weft/warp axes is the sum over
-// s of curvature[s] * (theta - rest)[hinge[s]] with the hinge angles theta and their rest angles.
+// Bending element of one triangle. The difference between the curvature of the triangle and its
+// curvature at rest, in weft/warp axes, is the sum of curvature[s] * (theta - rest)[hinge[s]] over
+// s, with the hinge angles theta and their rest angles.
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};

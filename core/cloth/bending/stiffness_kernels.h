@@ -29,7 +29,7 @@ void moment_gradients(const Tables& tables, const Index* list, Index n, double* 
 // One row of 3 x 3 blocks of the stiffness matrix, and the hinges that contribute to it.
 struct Row {
   const Index* items;    // (n_items) 4 e + j: the row's vertex is the j-th vertex of hinge e
-  const Index* offsets;  // (n_items) start of the hinge's data in `moments`, in units of 4 doubles
+  const Index* offsets;  // (n_items) start of e's data in `moments`, in units of 4 doubles
   Index n_items;
   const Index* block;  // block index in the row, for each stencil vertex of each item's hinge
   Index n_blocks;

@@ -18,10 +18,10 @@
 // A held corner does not move. With one held corner, this corner has infinite mass and replaces the
 // centre of mass, so w conserves angular momentum about it. The remaining equations, three of
 // strain and one of angular momentum, are solved exactly. With two held corners, the displacement
-// of the free corner has only two unknown components, which fit the target strain in the
-// least-squares sense. The displacement is again R (E + w J) X, where X is the height vector from
-// the held edge to this corner. This departs from (3.15), whose result depends on the unit of mass.
-// With three held corners, nothing moves.
+// of the free corner has only two unknown components, which are chosen to fit the target strain in
+// the least-squares sense. The displacement is again R (E + w J) X, where X is the height vector
+// from the held edge to the free corner. This departs from (3.15), whose result depends on the unit
+// of mass. With three held corners, nothing moves.
 //
 // In space, the 3x2 matrix F has no determinant whose sign could show that a triangle is inverted.
 // U is therefore always positive semi-definite, and an inverted triangle counts as a rotated one.

@@ -25,8 +25,9 @@ struct LimitedCloth {
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
 };
 
-// Greedy colouring of items. An item is a row of vertex indices. Items are coloured in ascending
-// order. Each item gets the smallest colour that no preceding item with a vertex in common has.
+// Returns a greedy colouring of items: the colour of each item, from 0 to n_colours - 1. An item is
+// a row of vertex indices. Items are coloured in ascending order. Each item gets the smallest
+// colour that no preceding item with a vertex in common has.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;

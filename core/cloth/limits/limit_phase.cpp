@@ -29,12 +29,12 @@ constexpr Index batches_per_update = 32;
 // value of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
-// In a yielding triangle, the added stress in the mode that exceeds its upper limit most is
-// bounded. Where the second phase begins, the bound is the fraction `yield_stress` of the stress at
-// which the fourth phase begins. It grows with the strain at `hardening` times the modulus of the
-// second phase, so that neighbouring triangles yield alike. The other modes do not yield: an
-// obstacle that is too wide along weft does not stretch the cloth along warp. Both values were
-// tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
+// In a yielding triangle, the added stress is bounded in the mode that is farthest beyond the upper
+// strain at which its second phase begins. At this strain, the bound is the fraction `yield_stress`
+// of the stress at which the fourth phase begins. It grows with the strain at `hardening` times the
+// modulus of the second phase, so that neighbouring triangles yield alike. The other modes do not
+// yield: an obstacle that is too wide along weft does not stretch the cloth along warp. Both values
+// were tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
 constexpr double yield_stress = 0.02, hardening = 0.2;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.

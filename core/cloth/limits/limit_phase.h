@@ -25,8 +25,9 @@ class LimitPhase {
   // In the fourth phase, which begins a little beyond the limit, this stress has a viscous part
   // that limits the recovery of the strain: in one step, the excess decreases by at most about the
   // fraction `recovery`. A triangle yields if yields[v] is not 0 for one of its vertices v: the
-  // mode that exceeds its upper limit most then adds only a small stress. `yields` has an entry for
-  // each vertex, or is null. Returns whether any triangle is in a stiff phase.
+  // phases then add only a small stress to the mode that is farthest beyond the upper strain at
+  // which its second phase begins. `yields` has an entry for each vertex, or is null. Returns
+  // whether any triangle is in a stiff phase.
   bool enter(const Team& team, const Points& x, Index begin, Index end,
              const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Tables for membrane::Tables, which documents their layout.

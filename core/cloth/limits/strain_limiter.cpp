@@ -202,9 +202,9 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Divides the mesh into one part for each thread, and sorts the batches by part. Keeps their order
-// within a part. If sweep_jacobi() visits all vertices, a thread thus mostly sums corrections that
-// it computed.
+// Divides the mesh into one part for each thread, and returns the batches sorted by part. Within a
+// part, they keep their order. If sweep_jacobi() visits all vertices, a thread thus mostly sums
+// corrections that it computed.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

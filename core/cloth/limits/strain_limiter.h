@@ -42,9 +42,9 @@ class StrainLimiter {
   LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held,
                       Points& x);
 
-  // Corrects v so that the strain changes by at most options.strain_rate in a step of h seconds.
-  // Positions do not change. If `measured` is true, the report contains the excess that remains, as
-  // a strain per step.
+  // Corrects v so that the strain changes by at most options.strain_rate in a step of h seconds, or
+  // does nothing if options.strain_rate is 0. Positions do not change. If `measured` is true, the
+  // report contains the excess that remains, as a strain per step.
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 

@@ -13,7 +13,8 @@ struct StiffnessScales {
 enum class JacobianKind { Exact, Positive };
 
 // The motion in the last step. The stress in the geometric stiffness excludes the stress of the
-// second-order strain of this motion, up to a bound (see past_strain() in membrane_kernels.cpp).
+// strain 1/2 dF^T dF, where dF is the gradient of this motion. If this strain exceeds a bound, it
+// is scaled down to the bound (see past_strain() in membrane_kernels.cpp).
 struct PastMotion {
   const double* velocity = nullptr;  // (n x 3) [m/s]; null: nothing is excluded
   double step = 0.0;                 // [s]

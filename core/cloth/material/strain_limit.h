@@ -1,7 +1,7 @@
 // Strain limits of cloth and the options for enforcing them. Limits other than those of edges apply
-// to the co-rotational strain U - I with U = (F^T F)^(1/2). Its components in weft/warp axes are
-// (e11, e22, e12). Shear limits bound e12, which is half the engineering shear; see (3.3) of
-// [Thomaszewski2010].
+// to the co-rotational strain U - I with U = (F^T F)^(1/2). The components of this strain in
+// weft/warp axes are (e11, e22, e12). Shear limits bound e12, which is half the engineering shear;
+// see (3.3) of [Thomaszewski2010].
 #pragma once
 
 #include <algorithm>

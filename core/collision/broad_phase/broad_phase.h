@@ -49,8 +49,8 @@ class BroadPhase {
   BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
              TaskShare share = {});
 
-  // Finds the pairs of features that are at most `reach[i]` [m] apart at x, for each surface pair i
-  // in `which`. Existing trees are refitted but not rebuilt.
+  // Sets found[i] to the pairs of features that are at most reach[i] [m] apart at x, for each
+  // surface pair i in `which`. Existing trees are refitted but not rebuilt.
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
@@ -64,10 +64,11 @@ class BroadPhase {
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
-  // Returns the pairs (a, b) of clusters with overlapping boxes. Cluster a belongs to the first
-  // surface of the surface pair and lies in the range `first`; cluster b belongs to the second
-  // surface. The pairs are packed as a << 32 | b, in ascending order. If there are more than `most`
-  // pairs, some may be missing.
+  // Returns the pairs (a, b) of clusters whose boxes in the trees overlap, without refitting the
+  // trees. Cluster a belongs to the first surface of the surface pair and lies in the range
+  // `first`; cluster b belongs to the second surface. The pairs are packed as a << 32 | b, in
+  // ascending order. If there are more than `most` pairs, more than `most` are returned, but some
+  // may be missing.
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }

@@ -9,8 +9,9 @@ namespace loomstone {
 
 namespace {
 
-// If the total area of the cluster boxes has grown by more than this factor, new clusters are
-// formed. The factor does not affect which pairs are found.
+// If the total area of the cluster boxes has grown by more than this factor since the clusters were
+// formed, a refit with `may_rebuild` forms new clusters. The factor does not affect which pairs are
+// found.
 constexpr double decay_limit = 1.5;
 constexpr Index refit_grain = 128;  // number of groups in a range of a parallel loop
 
@@ -127,8 +128,9 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that the nodes are compact: bisects them recursively along the longest axis of
-// the box around their centres. The first half of each bisection fills whole nodes.
+// Orders items so that nodes of consecutive items are compact: bisects the items recursively along
+// the longest axis of the box around their centres. The first half of each bisection fills whole
+// nodes.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;

@@ -149,8 +149,9 @@ bool NeighbourLists::costly(const Upkeep& upkeep) const {
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
 }
 
-// Searches for cluster pairs at the positions of the last update. Tries lists again for surface
-// pairs whose pause is over. `all` is true if no surface pair has lists.
+// Searches for cluster pairs at the positions of the last update, then marks the lists that must be
+// made and calls unlist_fast(). Tries lists again for surface pairs whose pause is over. `all` is
+// true if no surface pair has lists.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);

@@ -119,13 +119,13 @@ class NeighbourLists {
 
   // Collective. After update() and make_ended(), the lists of all ranks together contain all pairs
   // of features whose distance at positions x is less than the thickness, except those of unlisted
-  // surface pairs.
+  // surface pairs and those that BroadPhase excludes.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
   std::int64_t n_updates() const { return n_updates_; }  // number of updates so far
 
-  // Selects the pairs that the lists contain after cover() and make_ended(), except those of
-  // unlisted surface pairs. Vertices move from the positions of the last update() to x1.
+  // Selects which feature pairs of the listed surface pairs the lists must contain after cover()
+  // and make_ended(). Vertices move from the positions of the last update() to x1.
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
   // Reach: all pairs that meet two conditions. The 18-DOPs of the motions of both features overlap
   // if inflated by half the thickness plus half the extra distance of widen(). The distance between
@@ -184,8 +184,8 @@ class NeighbourLists {
   // that reading the clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
-  // Time spent in searches without lists, and time spent in passes over all lists. Each function
-  // returns the time since its own last call [s].
+  // Return the time spent in searches without lists and in passes over all lists, respectively,
+  // since the last call of the same function [s].
   double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
   double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
 
@@ -290,8 +290,8 @@ class NeighbourLists {
   SharedRefit refit_;
   ClusterOwners owners_;
   double extra_ = 0.0;  // see widen() [m]
-  // Base distance of each surface pair, and upper bound on the slack that covers `steps_to_last`
-  // steps [m]. make() may choose a larger slack.
+  // Base distance of each surface pair, and upper bound on the slack of its lists [m]. make()
+  // exceeds this bound if 1.5 steps need more slack or the boxes of the two clusters are far apart.
   std::vector<double> base_, most_slack_;
   // Inflation of the vertex boxes of each surface in searches, without margin_ [m].
   std::vector<double> inflation_;
@@ -311,7 +311,7 @@ class NeighbourLists {
   VertexSet still_at_x_;
   std::int64_t n_uses_ = 0;
   VertexSet vertices_;
-  // Clusters of each surface in the lists of this rank, and the motion of each cluster.
+  // Clusters of each surface in the lists of this rank, and motions of these clusters by index.
   std::vector<std::vector<Index>> used_;
   std::vector<std::vector<ClusterMotion>> motions_;
   std::vector<std::vector<std::uint8_t>> marked_;  // (surfaces x clusters) scratch

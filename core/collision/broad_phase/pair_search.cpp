@@ -171,9 +171,10 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
   }
 }
 
-// Appends the pairs of slots of an edge of a and an edge of b that overlap and share no vertex.
-// First masks out edges that lie outside the box of the other cluster. If `upper`, pairs each edge
-// of a only with later slots of b.
+// For each edge of a and edge of b that share no vertex and whose boxes overlap if one of them is
+// widened by `reach`, appends the pair of their slots. First masks out edges that lie outside the
+// box of the other cluster, which is also widened. If `upper`, pairs each edge of a only with later
+// slots of b.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
@@ -225,7 +226,8 @@ LOOMSTONE_INLINE bool within(const PackedSlabs& box, const PackedSlabs& limits) 
   return lanes_bits(inside(0) & inside(1) & inside(2)) == 0xffu;
 }
 
-// Appends the pairs of a vertex of a and a face slot of b that overlap and share no vertex.
+// For each vertex of a and each face of b without this vertex, appends the vertex and the slot of
+// the face if their boxes overlap when one of them is widened by `reach`.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b,
                                              const PackedSlabs& box_b, const Reach& reach,

@@ -25,8 +25,8 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` tells which pairs an attachment ties, and must outlive this object.
-  // Construction and destruction are collective.
+  // `broad_phase` tells which pairs an attachment ties. `model`, `pairs` and `broad_phase` must
+  // outlive this object. Construction and destruction are collective.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);

@@ -64,8 +64,8 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
 }
 
 // Slabs for vector arithmetic: nine lower bounds, nine negated upper bounds, then zeros. With this
-// sign convention, the union of two boxes is a component-wise minimum. In an empty box, all values
-// are positive infinity.
+// sign convention, the smallest box around two boxes is their component-wise minimum. In an empty
+// box, all values are positive infinity.
 inline constexpr int n_slab_packs = 3;
 
 struct alignas(32) PackedSlabs {

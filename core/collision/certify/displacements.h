@@ -32,7 +32,7 @@ class Displacements {
   // Makes the unit of `v` follow the immovable vertices of an impact, unless the unit already has a
   // carrier or these vertices are at rest.
   void carry_with_immovable(Index v, const StepImpact& impact);
-  // Makes the unit of `v` follow the carrier of `other`.
+  // Makes the unit of `v` follow the carrier of the unit of `other`.
   void carry_with_vertex(Index v, Index other);
   bool same_carrier(Index v, Index other) const;
 
@@ -65,7 +65,7 @@ class Displacements {
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
   // (n x 3) wanted_ contains the requested displacement of each vertex [m]. carry_ contains the
-  // displacement that the carrier gives each unit [m]; for a body, it is that of its centre.
+  // displacement that the carrier gives each unit [m]; for a body, that of the body's centre.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`

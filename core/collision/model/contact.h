@@ -29,7 +29,7 @@ struct ContactState {
     ContactKind kind;
     Index a, b;
     Vec3 slip;            // tangential displacement of a relative to b, from the anchor [m]
-    double normal_force;  // normal force in the last part [N]
+    double normal_force;  // normal force at the start of the last part [N]
 
     bool operator==(const Anchor& other) const = default;
   };

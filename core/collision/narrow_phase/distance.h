@@ -14,8 +14,9 @@ struct ClosestPair {
   Vec3 difference;                // from the closest point of b to the closest point of a [m]
   double distance;                // [m]
   // True if the projection of the vertex onto the plane of the face lies in the face, or if the
-  // closest points of the lines through the edges lie on both edges. Sides and ends are included.
-  // Always false for a sliver face, and may be false for nearly parallel edges.
+  // closest points of the lines through the two edges lie on the edges. Sides and ends of the
+  // features are included. Always false for a sliver face, and may be false for nearly parallel
+  // edges.
   bool interior;
 };
 

@@ -59,9 +59,9 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
 // Decides whether the triangle or parallelogram of the differences a - b contains the origin at a
 // time when the origin lies in its plane.
 struct Inside {
-  // One vector per side, perpendicular to the plane. If the signs of any coordinate disagree among
-  // the vectors (0 agrees with both signs), the origin is outside. If they agree and are not all 0,
-  // the origin is inside.
+  // One vector per side, perpendicular to the plane. If a coordinate is positive in one vector and
+  // negative in another, the origin is outside. If a coordinate has only one of these signs, apart
+  // from zeros, the origin is inside.
   std::vector<Curve> sides;
   // If all `sides` vanish, the corners lie on one line through the origin. The origin is then
   // inside unless some coordinate has the same strict sign for all corners.

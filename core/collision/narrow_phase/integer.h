@@ -62,8 +62,8 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // Limbs from the lowest to the highest. The highest limb of a result is not zero. The first
-  // `in_place` limbs are stored inline. Once more are pushed, all limbs are on the heap.
+  // Limbs from the lowest to the highest. After each arithmetic operation, the highest limb is not
+  // zero. Up to `in_place` limbs are stored inline; once more are pushed, all are on the heap.
   class Limbs {
    public:
     Limbs() {}

@@ -6,8 +6,8 @@ namespace {
 
 using Coefficients = std::vector<Integer>;
 
-// Returns the Bernstein coefficients b_i of sum_i b_i C(n, i) t^i (1 - t)^(n - i), up to a common
-// positive factor.
+// Returns the Bernstein coefficients b_i of p = sum_i b_i C(n, i) t^i (1 - t)^(n - i), up to a
+// common positive factor.
 Coefficients bernstein(const Polynomial& p) {
   static constexpr int factor[4][4] = {
       {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // LCM of C(n, 0), ..., C(n, n), divided by C(n, i)

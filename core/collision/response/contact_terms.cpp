@@ -88,14 +88,14 @@ double secant_stiffness(const ContactLaw& law, const ContactForce& start, double
   return std::min((predicted - start.force) / (from - gap(predicted)), law.steepest);
 }
 
-// Contacts of one range of a parallel loop.
+// Number of contacts in each range of a parallel loop.
 constexpr Index contacts_at_once = 64;
 
 // A contact at the start of the step.
 struct AtStart {
   ActingOn acting;
-  // Stiffness in the normal direction for share 1 [N/m], and largest allowed slope of the normal
-  // force times the share [N/m]. `normal` is the normal force for share 1.
+  // Stiffness in the normal direction, not multiplied by the share [N/m], and largest slope allowed
+  // for the product of share and normal force [N/m]. `normal` is normal_at_start().
   double stiffness = 0.0, steepest = 0.0;
   ContactForce normal{};
 };
@@ -129,8 +129,8 @@ ContactLaw law_at_start(const Contact& contact, const AtStart& start, double sha
   return law;
 }
 
-// Sets the gradient and H of a term from the normal force, for share 1, and from friction after the
-// predicted motion. `stiffness` is the anchor stiffness times the share [N/m].
+// Sets the gradient and Hessian of a term from normal_at_start(), given as `normal`, and from
+// friction after the predicted motion. `stiffness` is the anchor stiffness times the share [N/m].
 void set_forces(const Contact& contact, const ContactInputs& inputs, double stiffness,
                 const ContactForce& normal, const ContactLaw& law, ExtraTerm& term) {
   const Mat3 tangent = tangent_projector(law.normal);

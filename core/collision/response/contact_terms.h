@@ -29,7 +29,8 @@ struct ContactLaw {
   bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
 };
 
-// Error of the friction of contacts. Errors of several ranks can be added in any order.
+// Error of the friction in contact terms, compared with the friction due after a motion; see
+// ContactTerms::friction_at(). Errors of several ranks can be added in any order.
 struct FrictionError {
   enum { Wrong, Limit, Closing, n_sums };
   // Sums over contacts: error of friction [N], friction limit [N], and number of contacts that
@@ -92,7 +93,7 @@ class ContactTerms {
   std::vector<Index> counted_;    // contacts that count on this rank, in ascending order
   std::vector<double> shares_;    // share of each contact [1]
   std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
-  std::vector<double> forces_;    // (contacts) normal forces at the start, for share 1 [N]
+  std::vector<double> forces_;    // normal forces at the start, not multiplied by the shares [N]
   double tangential_ = 0.0;       // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   std::int64_t n_counted_ = 0;

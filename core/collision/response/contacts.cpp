@@ -43,8 +43,8 @@ double edge_share(const Contact& contact, const Points& x0) {
 }
 
 // Returns the unit normal at the closest point of a face, interpolated from the normals of the
-// vertices of the face and oriented like its flat normal. Returns the flat normal if the
-// interpolation degenerates.
+// vertices of the face. It is oriented like `flat`, the contact normal without interpolation.
+// Returns `flat` if the interpolation degenerates.
 Vec3 rounded_normal(const SmoothNormals& normals, const std::array<Index, 4>& v,
                     const ClosestPair& closest, const Vec3& flat) {
   Vec3 sum = Vec3::Zero();

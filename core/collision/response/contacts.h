@@ -47,30 +47,31 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 // point of a vertex on a face lies on an edge or corner that also belongs to a nearer face in
 // contact with this vertex, the contact has the share 0. If two faces are equally near, the one
 // with the smaller id counts as nearer. The remaining contacts of a vertex with faces of one
-// surface divide the force. A contact with normal n and force F has the share 1 / (1 + S), where S
-// is the sum of max(0, n.n')^2 min(1, F'/F) over the other remaining contacts, with normals n' and
-// forces F' (all forces at the same stiffness).
+// surface divide their force among themselves. Of these, a contact with normal n and force F has
+// the share 1 / (1 + S), where S is the sum of max(0, n.n')^2 min(1, F'/F) over the others, with
+// normals n' and forces F' (all forces at the same stiffness).
 // Shares of edge contacts fade to 0 where a closest point approaches an end of its edge or the
 // edges become parallel, because vertex contacts take over there. Shares are constant within a
 // step. Energies and derivatives are those of the force law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
-// Returns the stiffness of each contact in the normal direction [N/m]. Let k be the stiffness of
-// the model, xi the thickness, and F the larger of the two forces that press one feature towards
-// the other. At half the thickness, the force law gives 3/8 k xi. If F is at most this force, the
-// stiffness is k. If F is larger, the stiffness is 16/3 F / xi - k, but at most 1e4 k. Below this
-// bound, the force law thus gives at least F at half the thickness. `forces` (rows x 3) [N] act on
-// the cloth. A feature that is not free cloth counts as not pressed. If `forces` has 0 rows, the
-// stiffness is k everywhere.
+// Returns the stiffness of each contact in the normal direction [N/m]. Let k be the contact
+// stiffness of the model and xi the thickness. A force presses each of the two features towards the
+// other; let F be the larger of these two forces. At half the thickness, the force law with the
+// stiffness k gives 3/8 k xi. If F is at most this force, the stiffness is k. If F is larger, the
+// stiffness is 16/3 F / xi - k, but at most 1e4 k. Below this bound, the force law thus gives at
+// least F at half the thickness. `forces` (cloth vertices x 3) [N] act on the cloth. A feature that
+// is not free cloth counts as not pressed. If `forces` has 0 rows, the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);
 
-// Force law of a contact with share 1 (method.md, Contact terms). The force begins quadratically
-// where the distance d falls below the thickness xi. Between 3/4 xi and xi/2, it is linear with the
-// slope k. Below xi/2, it is k (xi/2)^2 / d - k xi/8, with d replaced by 1e-6 xi if it is smaller.
-// Force and stiffness are continuous.
+// Force law of a contact with share 1 (method.md, Contact terms). Let k be the argument `stiffness`
+// of contact_force(). The force begins quadratically where the distance d falls below the thickness
+// xi. Between 3/4 xi and xi/2, it is linear with the stiffness k. Below xi/2, it is
+// k (xi/2)^2 / d - k xi/8. A distance below 1e-6 xi is replaced by 1e-6 xi. Force and stiffness are
+// continuous.
 struct ContactForce {
   double force;      // [N]
   double stiffness;  // -d force / d distance [N/m]

@@ -1,4 +1,4 @@
-// Moves two surfaces apart as a whole if a large part of one has passed through the other.
+// Moves two surfaces apart, each as a whole, if a large part of one has passed through the other.
 #pragma once
 
 #include "core/collision/model/collision_model.h"

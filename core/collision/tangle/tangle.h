@@ -50,21 +50,21 @@ struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
   // Feature pairs of intersecting triangles, one list for each ContactKind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
-  // (n) Piercing::contour near the vertex or, in a part that has passed through a surface, at the
-  // border of this part; -1: neither.
+  // (n) Piercing::contour of the contour near the vertex or, if the vertex lies in a part that has
+  // passed through a surface, of the contour at the border of this part; -1 if there is none.
   std::vector<int> contour_of_vertex;
-  // (n) Index of the part with the vertex if its surface is cut along this contour; -1 if there is
-  // no contour.
+  // (n) Index of the part that contains the vertex if its surface is cut along the contour in
+  // `contour_of_vertex`; -1 if there is no such contour.
   std::vector<int> part;
   std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has passed through a surface
   std::vector<Retraction> retractions;
 
   bool empty() const { return piercings.empty(); }
   // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
-  // separate. A pair is ignored if its features belong to two intersecting triangles, or if both
-  // are near the same contour, one of them in a part that has passed through and the other in
-  // another part. The second rule does not apply to two cloth features if the contour lies on a
-  // body or an obstacle.
+  // separate. A pair is ignored if its features belong to two intersecting triangles. It is also
+  // ignored if a vertex of one feature and a vertex of the other have the same `contour_of_vertex`
+  // but different values of `part`, and at least one of the two has `came_through`. This second
+  // rule does not apply to two cloth features if the contour lies on a body or an obstacle.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };

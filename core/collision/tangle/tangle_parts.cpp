@@ -38,8 +38,8 @@ bool separates_nothing(std::span<Piercing* const> contour, const std::vector<int
   });
 }
 
-// Returns whether the label of each edge of the contour differs from the label of the triangle that
-// it pierces.
+// Returns whether each edge of the contour has a different label from the triangle that it pierces.
+// `label` has one entry for each vertex; the first vertices of edge and triangle are compared.
 bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& label) {
   return std::none_of(contour.begin(), contour.end(), [&](const Piercing* p) {
     return label[p->vertices[0]] == label[p->vertices[2]];

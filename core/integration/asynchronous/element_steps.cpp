@@ -59,7 +59,8 @@ double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
 
 // Inner products of the vectors sqrt(k) B^T d, where k and d are the modulus and direction of each
 // of the three limit modes, and B is defined as in strain_product(). The matrix has the nonzero
-// eigenvalues of the stiffness B^T (sum k d d^T) B that the second phases add.
+// eigenvalues of the stiffness B^T (sum k d d^T) B that the second phases of all three modes add
+// (see LimitMode).
 Mat3 limit_products(const RestTriangle& rest, const LimitModes& limits) {
   Mat3 directions;
   for (int k = 0; k < 3; ++k)
@@ -152,7 +153,8 @@ double ElementSteps::step(Index t, const LimitPhases& phases, double safety) con
   return (std::sqrt(d * d + 4.0 * safety * safety * k) - d) / k;
 }
 
-// Returns the largest eigenvalue of the stiffness over mass that the stiff phases add [1/s^2].
+// Returns the largest eigenvalue of the stiffness over mass that the limit modes of triangle t add
+// in the given phases [1/s^2].
 double ElementSteps::largest_of_phases(Index t, const LimitPhases& phases) const {
   constexpr double modulus[3] = {0.0, 1.0, 1.0 + LimitMode::steeper};
   Vec3 root;

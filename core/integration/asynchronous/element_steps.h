@@ -10,7 +10,7 @@
 
 namespace loomstone {
 
-// Phase of each of the three modes of a triangle (see LimitMode::phase()): 0, 1 or 2.
+// LimitMode::phase() of each of the three limit modes of a triangle: 0, 1 or 2.
 using LimitPhases = std::array<std::uint8_t, 3>;
 
 // Returns the phases of the triangle in one lane of a batch. `entered` points to the entries of the
@@ -42,8 +42,9 @@ class ElementSteps {
   // a unit of tension adds. With a limit potential, steps are so short that the predicted change of
   // strain in a step is at most 0.1. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
-  // Step of triangle t [s], for the strains at x in the last call of at(). Each mode is in the
-  // higher of two phases: its phase at these strains, and its entry of `phases`.
+  // Step of triangle t [s], for the strains at the positions x of the last call of at() or
+  // first_unstable(). Each mode is in the higher of two phases: its phase at these strains, and its
+  // entry of `phases`.
   double step_in_phases(Index t, const LimitPhases& phases) const;
   // Returns the first triangle whose strain at x is not finite or whose step in `steps` (m) [s] is
   // longer than its stability limit; -1 if there is none.
@@ -70,7 +71,7 @@ class ElementSteps {
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;
-  Points x_, green_;  // positions at which strains were last computed, and these strains
+  Points x_, green_;  // positions x of the last call of measure(), and the strains there
   Vector stretch_, tension_;
   std::vector<LimitPhases> phases_;  // (m) phases at x_
   Points next_x_, next_green_;

@@ -25,8 +25,8 @@ Index choose_base(double interval, const Vector& membrane, const Vector& bending
   // Rough ratio of the computing time of a triangle's bending force to that of its membrane force.
   constexpr double bending_cost = 2.5;
   // A doubled base allows the same steps, except for the longest one. Bases above twice the number
-  // of membrane steps of the triangle with the longest step are therefore not tried. At least 16
-  // and at most 1000 bases are tried.
+  // of membrane steps of the triangle with the longest step are therefore not tried, except that at
+  // least 16 bases are tried. At most 1000 are tried.
   constexpr double fewest_tried = 16.0, most_tried = 1000.0;
   const double steps = 2.0 * std::ceil(interval / membrane.maxCoeff());
   const auto last = static_cast<Index>(std::clamp(steps, fewest_tried, most_tried));

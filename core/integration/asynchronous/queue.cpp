@@ -171,9 +171,10 @@ class QueueIntegrator final : public AsynchronousIntegrator {
            std::any_of(groups_.begin(), groups_.end(),
                        [](const auto& group) { return group.damping() > 0; });
   }
-  // ClothState::element_positions contains the positions at the last events of all elements:
-  // corners of the triangles, then vertices of the groups. If it is empty or `refill` is true,
-  // these positions are set to those at the start of the interval.
+  // Sets BendingGroup::last() from ClothState::element_positions, which contains the positions at
+  // the last events of all elements: corners of the triangles, then vertices of the groups. Rows of
+  // elements without damping are not used. If the table is empty or `refill` is true, the positions
+  // at the start of the interval replace all of these positions.
   void begin_damping(bool refill, ClothState& state) {
     if (!damped()) return;
     Points& rows = state.element_positions;

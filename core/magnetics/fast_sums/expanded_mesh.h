@@ -1,6 +1,6 @@
-// A hard magnet with many faces whose field comes from an octree of local expansions
-// (expanded_field.h). The octree is built only once, because the magnet is rigid and its
-// magnetisation is constant.
+// A hard magnet with many faces. Its field comes from an octree of local expansions
+// (expanded_field.h), which is built only once, because the magnet is rigid and its magnetisation
+// is constant.
 #pragma once
 
 #include "core/magnetics/fast_sums/expanded_field.h"

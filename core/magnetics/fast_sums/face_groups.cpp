@@ -6,10 +6,10 @@ namespace loomstone {
 
 namespace {
 
-// Let q be the surface charge density of a face divided by 4 pi. A table of eight faces has rows
-// for the three corners, the unit normal, twice the area, and q. Rows for each of the three edges
-// follow: both ends, the length, q times the in-plane normal of the edge, and q times the normal of
-// the face.
+// Let q be J.n / 4 pi [T], with the polarisation J and the unit normal n of a face. A table of
+// eight faces has rows for the three corners, the unit normal, twice the area, and q. Rows for each
+// of the three edges follow: both ends, the length, q times the in-plane normal of the edge, and q
+// times the normal of the face.
 constexpr int face_rows = 14, edge_rows = 13,
               face_group_size = (face_rows + 3 * edge_rows) * n_lanes;
 

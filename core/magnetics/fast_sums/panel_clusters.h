@@ -44,8 +44,8 @@ class PanelClusters {
   Vector gathered(const Vector& all) const;
   void scatter(const Vector& own, double factor, Vector& all) const;
 
-  // Returns for each cluster the charges at its nodes that represent the charge densities of its
-  // panels. `densities` are in the order of the clusters.
+  // Returns for each cluster the charges at its nodes, times mu0 [T m^2], that represent the charge
+  // of its panels. `densities` contains mu0 sigma of each panel [T], in the order of the clusters.
   std::vector<Vector> node_charges(const Vector& densities) const;
   // Returns the flux through each panel [T m^2], in the order of the clusters. `fields` contains,
   // for each cluster, the field of its far clusters at its nodes (nodes x 3) [T]; see far_fields().
@@ -60,9 +60,9 @@ class PanelClusters {
   std::vector<Index> roots_;
 };
 
-// Two interacting grids, one of each body. The charges of both grids are multiplied by `share`, the
-// weight of the grids in Richardson extrapolation. If the grids of each body are combined, `share`
-// is 1.
+// Two interacting grids, one of each body. The charges of both grids contain the factor `share`,
+// the weight of the grids in Richardson extrapolation, so fluxes and forces between the grids must
+// be divided by it. If the grids of each body are combined, `share` is 1.
 struct GridPair {
   PanelGrid one, other;
   double share = 1.0;

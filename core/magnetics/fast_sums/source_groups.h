@@ -50,7 +50,8 @@ class SourceGroups {
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 
-// The charged faces of a magnet: those on which J.n is not 0.
+// The charged faces of a magnet: those on which J.n, the normal component of the polarisation, is
+// not 0.
 class FaceGroups final : public SourceGroups {
  public:
   explicit FaceGroups(std::shared_ptr<const Polyhedron> mesh);

@@ -35,6 +35,7 @@ TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstP
 
 // Returns the forces (6.10) and torques (6.11) of [Thomaszewski2010] that the dipoles of `by` exert
 // on the given dipoles, and the energies of these dipoles, as dipole_forces() does.
+// `tolerance` must be in [1e-10, 0.1].
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance);
 

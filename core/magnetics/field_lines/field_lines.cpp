@@ -16,9 +16,9 @@ constexpr double largest_turn = 0.1;  // approximate largest turn between output
 // Largest turn of the tangent in a step [rad]. It does not limit steps shorter than the allowed
 // error. At this turn, the error of cubic interpolation is 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
-// A line ends if it has moved by less than `least_move` allowed errors in `steps_to_move` steps.
-// Where the field vanishes, as it does beside charged panels, it would otherwise turn without an
-// end.
+// A line ends if it has moved by less than `least_move` times the allowed error in `steps_to_move`
+// steps. Otherwise, a line would turn endlessly where the field vanishes, as it does beside charged
+// panels.
 constexpr int steps_to_move = 64;
 constexpr double least_move = 64.0;
 // Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. At
@@ -38,9 +38,10 @@ constexpr std::array<std::array<double, 6>, 6> stages = {{
 constexpr std::array<double, 7> error_weights = {
     71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
-// Thickness of the layer around a body with charged panels, as a fraction of the body's radius [1].
-// The field so close to the surface shows the pattern of the panels, and lines would wind along the
-// borders of panels. A line that enters the layer therefore ends at the nearest surface point.
+// Minimum thickness of the layer around a body with charged panels, as a fraction of the body's
+// radius [1]. The field so close to the surface shows the pattern of the panels, and lines would
+// wind along the borders of panels. A line that enters the layer therefore ends at the nearest
+// surface point.
 constexpr double layer_thickness = 2e-3;
 
 struct Solid {

@@ -50,12 +50,13 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
 // Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
 // of solid bodies, on discs inside loops and solenoids, and on surfaces bounded by closed
 // polylines. Seeds on solid bodies are traced along the field, others in both directions. Throws
-// InvalidInput if `lines` < 1, if there are no such surfaces and discs, or if no flux passes
+// InvalidInput if `lines` < 1, if there are no such surfaces or discs, or if no flux passes
 // through them.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
 
-// Returns the centre and radius [m] of a bounding sphere of all bodies.
+// Returns the centre and radius [m] of a bounding sphere of all bodies. Both are zero if there are
+// no bodies.
 std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies);
 
 // Returns the depth (n) of each point below the surfaces of solid bodies [m]: the largest over

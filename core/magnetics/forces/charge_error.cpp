@@ -56,8 +56,8 @@ double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   return gap < wide * std::sqrt(area) ? along_edges : usual;
 }
 
-// Returns two wrenches about `centre` that `by` exerts. The first acts on the charge of an induced
-// body, the second on the estimated errors of this charge.
+// Returns two wrenches about `centre` that `by` exerts. The first acts on the charge of `induced`,
+// the second on the estimated errors of this charge.
 std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by,
                              const Vec3& centre) {
   if (const auto mine = mean_charges(induced), others = mean_charges(by); mine && others) {

@@ -10,7 +10,8 @@
 namespace loomstone {
 
 // Returns the estimated error of the force that `by` exerts on `on`, or of the torque divided by
-// the radius of `on` if that error is larger [N]. It is 0 if neither body is induced, and NaN if
+// the radius of `on` if that error is larger [N]. The radius of `by` is used if `on` is a single
+// dipole at its origin, whose radius is 0. The result is 0 if neither body is induced, and NaN if
 // the charge errors of an induced body are unknown.
 double charge_error(const MagneticBody& on, const MagneticBody& by);
 // Returns for each body (n) the sum of the charge_error() of the forces that all other bodies exert

@@ -6,7 +6,7 @@
 // moment of F_k about the centre of cuboid 2 with the lever along axis a, y_a T - U replaces T.
 // Here y_a is the coordinate of the corner of cuboid 2 relative to this centre, and dU/dR_a = T.
 // For a = j, the charged faces of cuboid 2 are normal to axis a, so the lever is constant on them,
-// and U is zero.
+// and U is omitted.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>

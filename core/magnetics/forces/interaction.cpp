@@ -68,7 +68,7 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Returns the body with Source::panel_means() as its source, whose field is cheaper to evaluate.
+// Replaces the source of a body by its Source::panel_means(), whose field is cheaper to evaluate.
 // Returns the body unchanged if panel_means() is null.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
@@ -135,8 +135,8 @@ void check_force_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Stores the wrenches that bodies with a single dipole, such as hard spheres, exert on each other.
-// Returns a mask of these bodies. Bodies with cells do not count among them.
+// Stores in `result` the wrenches that bodies with a single dipole, such as hard spheres, exert on
+// each other. Returns a mask of these bodies, which does not include any CellMagnet.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);
@@ -164,7 +164,8 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
 }
 
 // Adds the wrenches between single dipoles and the other bodies, except for pairs on one carrier.
-// The field of each other body is evaluated at once at all single dipoles on which it acts.
+// For each of the other bodies, the field at all single dipoles on which it acts is evaluated in
+// one call or taken from `known`.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
                            const std::vector<bool>& single, const std::vector<Index>& carrier,
                            const std::vector<KnownField>& known, std::vector<Wrench>& result) {

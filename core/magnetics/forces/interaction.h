@@ -2,9 +2,9 @@
 // charge or current of the other is integrated. The reaction on the first body follows from the
 // balance of linear and angular momentum, which therefore holds up to rounding errors.
 //
-// Dipoles, cells and hard spheres need no integral, and pairs of parallel cuboids have a closed
-// form. Integrals over an induced body are sums over samples of its charge; for pairs of induced
-// bodies, see also panel_wrench.h. Integrals over other bodies are adaptive; see
+// Dipoles, cells (see cells.h) and hard spheres need no integral, and pairs of parallel cuboids
+// have a closed form. Integrals over an induced body are sums over samples of its charge; for pairs
+// of induced bodies, see also panel_wrench.h. Integrals over other bodies are adaptive; see
 // panel_quadrature.h. Bodies that overlap slightly, as rigid bodies in contact do, attract or repel
 // each other as if they touched; overlap.h finds overlaps.
 #pragma once
@@ -16,8 +16,9 @@ namespace loomstone {
 struct Wrench {
   Vec3 force = Vec3::Zero();   // force [N]
   Vec3 torque = Vec3::Zero();  // torque about the centre of the body [N m]
-  // Estimated error of the force and of torque / radius [N], due to integration or, for parallel
-  // cuboids, to rounding. It does not include the error of induced charge; see charge_error.h.
+  // Estimated error of the force and of torque / radius [N], due to adaptive integration or, for
+  // parallel cuboids, to rounding. For the radius, see magnetic_wrench(). The error of induced
+  // charge is not included; see charge_error.h.
   double error = 0.0;
 };
 
@@ -47,8 +48,8 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});
 
-// Returns the interaction energy [J] of two bodies at constant magnetisation. Throws Unsupported if
-// a body is a current, or if both bodies are induced.
+// Returns the interaction energy [J] of two bodies at constant magnetisation. `tolerance` is that
+// of integrate_panels(). Throws Unsupported if a body is a current, or if both bodies are induced.
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance);
 // Returns the sum of the energies of all pairs of bodies on different carriers, or of all pairs if
 // `carrier` is empty [J].

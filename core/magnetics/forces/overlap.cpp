@@ -15,7 +15,7 @@ namespace {
 
 struct OrientedBox {
   Vec3 centre, half;
-  Mat3 axes;  // unit vectors along the edges, by columns
+  Mat3 axes;  // unit vectors along the edges, as columns
 };
 
 OrientedBox box_of(const MagneticBody& body) {

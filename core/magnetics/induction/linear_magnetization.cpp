@@ -41,7 +41,8 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
 
 // Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
 // rotates the z axes of pairs of spheres onto their line of centres, because translations along z
-// are cheap. The closest pairs come first, and each sphere belongs to at most one pair.
+// are cheap. Pairs with the smallest gap, divided by the radius of the first sphere, are preferred,
+// and each sphere belongs to at most one pair.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -110,9 +111,10 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// Updates the effective susceptibility of `now` if the body has a saturation. Its demagnetisation
-// factor follows from the volume means of the applied field and of the magnetisation. Returns false
-// if the susceptibility remains the same within the tolerance.
+// Updates the effective susceptibility of `now` if the body has a saturation. The demagnetisation
+// factor of the body follows from the volume means of the applied field and of the magnetisation.
+// Returns false if the susceptibility is not changed, because the new value equals the old one
+// within the tolerance, or because the body has no saturation or is not magnetised.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;

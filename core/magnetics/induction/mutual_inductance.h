@@ -8,10 +8,10 @@
 namespace loomstone {
 
 // Returns the mutual inductance [H] of two loops or solenoids, given as sources with one ampere per
-// turn. The estimated error is at most `tolerance` times the integral of the vector potential's
-// norm along the winding. The error can be larger if the finest quadrature does not suffice, for
-// example because the windings touch. Throws InvalidInput for other sources and for loops that
-// coincide.
+// turn. The estimated error is at most `tolerance` times the value of the integral with the norm of
+// the vector potential in place of its tangential component. The error can be larger if the finest
+// quadrature does not suffice, for example because the windings touch. Throws InvalidInput for
+// other sources and for loops that coincide.
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance);
 
 }  // namespace loomstone

@@ -12,10 +12,11 @@ namespace loomstone {
 
 namespace {
 
-// The field on a sphere is projected on harmonics by a rule that is exact for products of harmonics
-// of at most this degree, if the sphere has fewer harmonics. With a rule for degree 1, higher
-// harmonics of a field that varies over the sphere would count as a uniform field. Our choice: at
-// 2.8 radii from a magnet, the moment of a sphere of degree 1 is then exact to 2e-4.
+// The field on a sphere is projected on harmonics by a quadrature rule that is exact for products
+// of two harmonics up to the degree of the sphere or least_of_samples, whichever is higher. With a
+// rule for degree 1, higher harmonics of a field that varies over the sphere would count as a
+// uniform field. Our choice: at 2.8 radii from a magnet, the moment of a sphere of degree 1 is
+// exact to 2e-4 with the rule for degree 5.
 constexpr int least_of_samples = 5;
 
 class SoftSphere final : public SoftShape {
@@ -78,7 +79,8 @@ class SoftSphere final : public SoftShape {
  private:
   double radius_, susceptibility_;
   int degree_;
-  std::shared_ptr<const SphericalHarmonics> series_, sampled_;  // response and samples
+  // Harmonics of the response and of the samples.
+  std::shared_ptr<const SphericalHarmonics> series_, sampled_;
   Points samples_;
 };
 

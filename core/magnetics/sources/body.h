@@ -23,8 +23,8 @@ struct MagneticBody {
 // "B" [T] or "H" [A/m].
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
                       const ConstPointsRef& points, const std::string& quantity);
-// Returns the total field gradient dB_i/dx_j [T/m] of all bodies in world axes (n x 9). Points must
-// lie outside the magnets.
+// Returns the total field gradient dB_i/dx_j [T/m] of all bodies at (n x 3) points [m] outside the
+// magnets, in world axes (n x 9).
 Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& bodies,
                             const ConstPointsRef& points);
 

@@ -1,5 +1,5 @@
-// Flat panels with quadrature points that approximate the surfaces of bodies for the boundary
-// element method: graded grids on cuboids and cylinders, and triangles of meshes.
+// Flat panels that approximate the surfaces of bodies for the boundary element method (graded grids
+// on cuboids and cylinders, and triangles of meshes), and quadrature points on these panels.
 #pragma once
 
 #include <vector>

@@ -28,8 +28,8 @@ class HarmonicSphere final : public Source {
   bool spherical() const override { return true; }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
-  // Estimates the error due to terms beyond the degree of the series from the terms of the last two
-  // degrees. Returns it as charges at the points of charges() [A m].
+  // Returns the estimated error due to the terms beyond the degree of the series, as charges at the
+  // points of charges() [A m]. The estimate uses the terms of the last two degrees.
   Vector charge_errors() const override;
 
  private:

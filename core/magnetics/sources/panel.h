@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// A magnetic charge q [A m] experiences the force q mu0 H, and a current element I dl [A m]
-// experiences the force I dl x B.
+// Quadrature point of a surface or wire, with its charge and current. A magnetic charge q [A m]
+// experiences the force q mu0 H, and a current element I dl [A m] experiences the force I dl x B.
 struct PanelSample {
   Vec3 position = Vec3::Zero();  // [m]
   Vec3 area = Vec3::Zero();      // outward normal times the area that the sample represents [m^2]

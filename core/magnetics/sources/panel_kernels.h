@@ -134,7 +134,7 @@ LOOMSTONE_INLINE void field_kernel(PanelTables by, const double* charges, const 
   }
 }
 
-// Points on a surface as coordinate arrays: positions and normals times areas. `row_of` contains
+// Points on a surface as coordinate arrays: positions, and normals times areas. `row_of` contains
 // the row of each point's panel in the flux matrix.
 struct FluxPoints {
   const double *points, *normals;

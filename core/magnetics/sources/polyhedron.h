@@ -1,14 +1,14 @@
 // Uniformly magnetised polyhedra, modelled by the surface charge J.n on their faces. They are
-// closed triangle meshes or cuboids. Cuboids need fewer terms.
+// closed triangle meshes or cuboids. The field of a cuboid needs fewer terms than that of a mesh.
 //
-// A face with charge density sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to
-// the field at a point. Omega is the solid angle of the face seen from the point, positive if the
+// A face with charge density sigma [T] contributes sigma/4pi [n Omega + sum over its edges of m L]
+// to mu0 H at a point. Omega is the solid angle of the face seen from the point, positive if the
 // point is on the side to which the normal n of the face points. m is the outward normal of an edge
 // in the plane of the face. An edge of length l whose ends are at distances r1, r2 from the point
 // has L = log((r1 + r2 + l) / (r1 + r2 - l)) [Wilton1984]. The contributions of the two faces at an
-// edge are added in advance, so edges between coplanar faces drop out. The potential of a face is
-// sigma/4pi [sum over its edges of (m.s) L - (n.r) Omega]. Here r points from a corner of the face
-// to the point, and s from the point to an end of the edge.
+// edge are added in advance, so edges between coplanar faces drop out. The potential of a face,
+// multiplied by mu0, is sigma/4pi [sum over its edges of (m.s) L - (n.r) Omega]. Here r points from
+// a corner of the face to the point, and s from the point to an end of the edge.
 //
 // At points closer than 1e-12 radii (of the body, see radius()) to a face, the field is the limit
 // from outside. The field is infinite on an edge, so points closer than 1e-15 radii to an edge are

@@ -83,8 +83,8 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
     for (Lanes& each : g) each = Lanes{};
     for (Index k = 0; k < segments; ++k) {
       const Segment<Lanes> s = segment(p, vertices + 3 * k, nearest);
-      // The field is Wire::scale times the sum of f c over the segments, with f = (1/d0 + 1/d1)
-      // outer and the symbols of Segment. With n0 = r0/d0 and n1 = r1/d1,
+      // The field is Wire::scale times the sum of f c over the segments, where
+      // f = (1/d0 + 1/d1) outer in the symbols of Segment. With n0 = r0/d0 and n1 = r1/d1,
       //   grad f = -outer (n0/d0^2 + n1/d1^2) - 2 f outer (d0 + d1)(n0 + n1).
       const Lanes f = (s.i0 + s.i1) * s.outer;
       const Lanes sum = 1.0 / s.i0 + 1.0 / s.i1;

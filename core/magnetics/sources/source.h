@@ -61,9 +61,9 @@ class Source {
     field_block(points, n, quantity, field);
     gradient_block(points, n, gradient);
   }
-  // Computes the magnetic scalar potential, multiplied by mu0 [T m], at one block of points. The
-  // negative gradient of this product is mu0 H, and its value at infinity is 0. Throws Unsupported
-  // for currents and induced bodies.
+  // Computes the magnetic scalar potential, multiplied by mu0 [T m], at one block of points. This
+  // product vanishes at infinity, and its negative gradient is mu0 H. Throws Unsupported for
+  // currents and induced bodies.
   virtual void potential_block(const double* points, Index n, double* potential) const;
   // Computes the vector potential [T m] at one block of points. Throws Unsupported unless winding()
   // has a value.
@@ -73,7 +73,8 @@ class Source {
   // Returns the dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
   // For solid bodies, box() returns the bounding box [m], and depth() returns the depth of a point
-  // below the surface [m], which is negative outside.
+  // below the surface [m], which is negative outside. For all other sources and for magnets divided
+  // into cells, box() has no value and depth() is 0.
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
@@ -83,7 +84,7 @@ class Source {
   // into cells, and induced bodies have none; see dipoles() and charges().
   virtual std::vector<Panel> panels() const { return {}; }
   // Returns the whole surface of a solid body, including panels without charge. The result is empty
-  // for spheres, cells and sources that are not solid.
+  // for spheres, magnets divided into cells, and sources that are not solid.
   virtual std::vector<Panel> surface() const { return {}; }
   // induced() returns true for a body with induced surface charge. charges() returns quadrature
   // points of this charge, and nothing for other sources.

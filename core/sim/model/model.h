@@ -48,15 +48,15 @@ struct Model {
   std::vector<std::uint8_t> prescribed;  // (rows) 1: prescribed vertex
   Vector inverse_mass;      // (collision vertices) nonzero only for free cloth vertices [1/kg]
   double cloth_size = 0.0;  // diagonal of the bounding box of all cloths at the start [m]
-  MagneticModel magnetics;  // carriers of magnets and coils: bodies, then obstacles
+  MagneticModel magnetics;  // its carriers are the bodies, then the obstacles
 
   // Returns the user's vertex index of a cloth row.
   Index vertex_of_row(Index row) const {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
   }
-  // Returns the memory of the tables of cloth and of frames, without the meshes of the scene and
-  // the collision model [bytes].
+  // Returns the memory of the tables of cloth and of frames [bytes]. The meshes of the scene and
+  // the collision model are not included.
   std::size_t bytes() const {
     std::size_t sum =
         bytes_of(cloth, topology, row_of_vertex, triangle_of, prescribed, inverse_mass);

@@ -104,9 +104,9 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
     get(c, "cloth.element_positions", cloth.element_positions);
 }
 
-// Reads into `s` the tables of cloth rows that users can write. `s` is copied to `state` later. If
-// the stored table has values other than zero, `state` gets rows for it. If it has only zeros and
-// `state` has no rows for it, `s` has none either.
+// Reads `external_force` and `pin_target` into `s`, which is copied to `state` later. If a stored
+// table has values other than +0, `state` gets rows for it. If it has only such zeros and `state`
+// has no rows for it, `s` has none either.
 void get_user_rows(const Checkpoint& c, State& s, State& state) {
   get(c, "external_force", s.external_force, state.cloth.x);
   get(c, "pin_target", s.pin_target, state.cloth.x);

@@ -44,7 +44,8 @@ class Bisection {
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };
-  // Accepted: the next part follows. Repeated: shorter parts replace the part.
+  // Decides on the result of an attempt at part(). Accepted: the next part follows. Repeated:
+  // shorter parts replace this part.
   Verdict judge(const PartResult& result);
 
  private:

@@ -12,10 +12,11 @@ namespace loomstone {
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage);
 
-// Counts the pairs of intersecting triangles that share no vertex and contain cloth. Clears
-// state.tangled if there are no such pairs and CollisionStage::find_tangle() finds no intersections
-// either. If a step has ended with unresolved impacts (state.tangled is 2), also lists the counted
-// pairs in outcome.forced and marks their cloth vertices in outcome.contact.
+// Counts the pairs that cloth_intersections() finds: intersecting triangles without a common
+// vertex, of which at least one is cloth. Clears state.tangled if there are no such pairs and
+// CollisionStage::find_tangle() finds no intersections either. If a step has ended with unresolved
+// impacts (state.tangled is 2), also lists the counted pairs in outcome.forced and marks their
+// cloth vertices in outcome.contact.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
 // Reports the withheld fraction of the motion of the step, and the root mean square acceleration of

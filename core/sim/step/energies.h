@@ -13,7 +13,8 @@ void measure_energies(const State& state, double time, const Engines& engines,
                       Elasticity& elasticity, StepReport& report);
 
 // Like measure_energies(), but leaves out the energy of contacts. `obstacles` are the poses of the
-// obstacles, which poses_of_magnets() returns; they are not needed without magnets.
+// obstacles, which poses_of_magnets() returns. They are needed only if Engines::magnetics is set;
+// otherwise, poses_of_magnets() returns none.
 void measure_without_contacts(const SteppedState& state, const std::vector<RigidPose>& obstacles,
                               const Engines& engines, Elasticity& elasticity, StepReport& report);
 std::vector<RigidPose> poses_of_magnets(const State& state, double time, const Engines& engines);

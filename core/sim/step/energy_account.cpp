@@ -13,7 +13,7 @@ namespace {
 // Energy that contacts may create by the end of a part, if ImplicitOptions::accuracy is 1, as a
 // fraction of a scale. The scale is the largest kinetic energy so far or the energy of contacts at
 // the start of the part, whichever is larger. The accuracy multiplies this tolerance. Our choice:
-// in 27 falls of towels on a floor, the gain is then at most 0.021 (docs/experiments/energy.md).
+// in 27 falls of towels on a floor, the gain is then at most 0.023 (docs/experiments/energy.md).
 // Schemes without damping take steps by backward Euler while they have gained more than this
 // fraction (see has_gained()).
 constexpr double gain_tolerance = 0.02;

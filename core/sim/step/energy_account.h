@@ -9,16 +9,17 @@ namespace loomstone {
 // Begins the account of `state` at the start of a step, unless the state already has an account.
 void begin_account(const Engines& engines, State& state);
 
-// Causes of energy changes in a part of a step after the solve.
+// What may have changed the energy between the solve and the end of a part of a step.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part
   bool surfaces_move = false;  // some scripted surface moved
 };
 
-// Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
-// attributed to certification, except for the energy that strain limits remove. Energy gained after
-// the solve is attributed to untangling or to scripted motion or, without either, to certification.
+// Adds the work and the losses of a part to state.account, and updates its largest kinetic energy.
+// The energy that cloth and bodies lose after the solve is attributed to certification, except for
+// the energy that strain limits remove. Energy gained after the solve is attributed to untangling
+// or to scripted motion or, without either, to certification.
 // Returns the energy gained after the solve plus MovedBodies::carried_gain [J]; if one of them is
 // negative, it counts as 0. Returns 0 if `after.untangles` is true.
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
@@ -35,16 +36,20 @@ bool has_gained(const StepContext& part, const Engines& engines, const State& st
 void report_account(const Model& model, const State& state, StepReport& report);
 
 // Returns the length to which the part must be shortened if more energy has been created than is
-// tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart). A part is
-// halved if everything but contacts has gained too much in it, beyond the work of scripts and
-// loads, the energy that contacts have lost, and the energy that sweeps of strain limiting have
-// added. Contacts create energy if surfaces approach each other within a part, because the contact
-// force begins only at the end of the part. By then, the surfaces may be much closer than their
-// thickness. If the energy of contacts has risen in the part by more than is tolerated, and so has
-// all energy since the account began, without the work of scripts and loads, the part is shortened
-// until the latter rise is expected to be at most half of the tolerated energy. The tolerated
-// energy is a fraction of the largest kinetic energy so far or, if that is larger, of the energy of
-// contacts at the start of the part, because scripted surfaces may compress cloth that is at rest.
+// tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart). Checks only
+// asynchronous steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps
+// whose solve includes contacts.
+// In implicit steps, a part is halved if everything but contacts has gained too much in it, beyond
+// the work of scripts and loads, the energy that contacts have lost, and the energy that sweeps of
+// strain limiting have added. Contacts create energy if surfaces approach each other within a part,
+// because the contact force begins only at the end of the part. By then, the surfaces may be much
+// closer than their thickness. The part is shortened if the energy of contacts has risen in it by
+// more than is tolerated and if, since the account began, all energy minus the work of scripts and
+// loads has also risen by more than is tolerated. In the shortened part, this second rise is
+// expected to be at most half of the tolerated energy, unless the part has the shortest permitted
+// length. The tolerated energy is a fraction of the largest kinetic energy so far or of the energy
+// of contacts at the start of the part, whichever is larger, because scripted surfaces may compress
+// cloth that is at rest.
 // If the step is not automatic and scripted surfaces move, no part is shortened to less than a
 // quarter of the step. In shorter parts, impacts between cloth and scripted surfaces that approach
 // the cloth quickly remain unresolved. know_contacts() should have been called; otherwise contacts

@@ -47,7 +47,7 @@ struct Engines {
   mutable std::unique_ptr<Elasticity> all_elements;
   Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;
-  std::unique_ptr<CollisionStage> collision;  // null: nothing collides
+  std::unique_ptr<CollisionStage> collision;  // null: no cloth, or Scene::collisions is false
   // Energy of contacts at the end of the last part, stored because the report of the step needs it.
   struct ContactEnergy {
     double time;           // [s]
@@ -55,7 +55,7 @@ struct Engines {
     double energy;         // [J]
   };
   mutable std::optional<ContactEnergy> contact_energy;
-  // Null: the integrator does not handle collisions at events, or nothing collides.
+  // Null: the integrator does not handle collisions at events, or `collision` is null.
   std::unique_ptr<EventContacts> event_contacts;
   std::unique_ptr<RigidWorld> world;  // null: no bodies
   // Null: no bodies, or neither magnets nor coils nor bearings.

@@ -51,8 +51,9 @@ void move_cloth(const StepContext& part, const Points& x1, const Points& at_rest
   cloth.restart_multistep();
 }
 
-// Sets the certified poses of the bodies, and adds the corrections, divided by the length of the
-// part, to their velocities. The rigid-body world reads poses and velocities in its next step.
+// Sets the certified poses of the bodies, and adds the corrections FreeBody::moved and turned,
+// divided by the length of the part, to their velocities. The rigid-body world reads poses and
+// velocities in its next step.
 void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidState& rigid) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const FreeBody& body = bodies[i];
@@ -64,7 +65,7 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
-// Returns the vertices of every cloth that sweeps must not move, because they would push it into
+// Returns the vertices of the cloths that sweeps must not move, because sweeps would push them into
 // other surfaces. These are cloths to which a body is attached or which a body touches, directly or
 // through other cloth (sweeps ignore the mass of the body), and cloths whose limits are forced (see
 // NearContacts). Only the limit phases of the solve limit the strain of these cloths.

@@ -173,7 +173,7 @@ class Constraining {
   }
 
   // Subtracts from the corrections in `at_rest` what certification or a fallback has withheld of
-  // them, so that it does not change velocities either.
+  // them, so that withholding it does not change velocities either.
   void withhold_at_rest(const std::vector<WithheldMotion>& withheld) {
     Points& at_rest = report_.at_rest;
     for (const WithheldMotion& motion : withheld) {
@@ -262,9 +262,9 @@ class Constraining {
                           : Mode{below, limit_margin(least[k])};
   }
 
-  // Finds the triangles that exceed their limits at x by more than the margin, and sums the squared
-  // excess of each limit. Returns true if it finds any. Ignores cloths whose edges are limited
-  // instead, and cloths that give_up() has marked.
+  // Finds the triangles that exceed their limits at x by more than the margin. Also stores the sum
+  // of squared excesses for each limit in squares_. Returns whether there are such triangles.
+  // Ignores cloths whose edges are limited instead, and cloths that give_up() has marked.
   bool check(const Points& x) {
     const LimitReport seen = in_.limiter->measure(*in_.team, x);
     squares_ = seen.squares;

@@ -33,7 +33,7 @@ struct ConstrainInputs {
   bool limits_hold = true;
   bool limits_in_solve = false;         // the solve has limited strain as well
   std::vector<Index> loaded;            // cloth vertices that limiting must not move
-  CollisionStage* collision = nullptr;  // null: nothing collides
+  CollisionStage* collision = nullptr;  // null: see Engines::collision
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
   const std::vector<Contact>* repelled = nullptr;
@@ -51,7 +51,8 @@ struct ConstrainInputs {
 };
 
 struct ConstrainReport {
-  LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
+  // Report of the last limiting whose result is used; sweeps and evaluations are totals.
+  LimitReport limits;
   // Merged reports of all certifications and fallbacks up to the certification whose result is
   // used. `unresolved` is that of this certification.
   CertifyReport certified;

@@ -96,7 +96,8 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
   return {first, last};
 }
 
-// Moves attached vertices to their points on the bodies. Returns MovedBodies::carried_gain [J].
+// Gives attached vertices the positions and velocities of their points on the bodies. Returns
+// MovedBodies::carried_gain [J].
 double follow_bodies(const Model& model, const Engines& engines, State& state) {
   ClothState& cloth = state.cloth;
   const auto point = [&](const AttachedVertex& attached) {

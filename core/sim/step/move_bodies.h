@@ -9,8 +9,8 @@ namespace loomstone {
 struct MovedBodies {
   // Work that scripted obstacles do on bodies through contacts and magnets [J].
   double obstacle_work = 0.0;
-  // Energy that cloth gains because contacts have changed the motion of bodies, which carry their
-  // attached vertices away from where the integrator has placed them [J].
+  // Energy that cloth gains because contacts or varying magnetic forces have changed the motion of
+  // bodies, which carry their attached vertices away from where the integrator has placed them [J].
   double carried_gain = 0.0;
 };
 

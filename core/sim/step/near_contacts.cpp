@@ -126,7 +126,8 @@ void find_pressing_forces(const State& state, double time, const Engines& engine
 
 IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
 
-// Finds and registers the pairs whose contacts the integrator handles at events.
+// Finds the pairs whose contacts the integrator handles at events, and passes them to
+// engines.event_contacts. Sets NearContacts::v0 and NearContacts::touching.
 void register_events(const StepContext& part, const Loads& loads, const State& state,
                      Engines& engines, NearContacts& near, StepReport& report) {
   const VertexVelocities velocities = predicted_velocities(part, loads, state, engines.model);

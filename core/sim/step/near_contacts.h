@@ -59,7 +59,7 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
 double energy_at_end(const State& state, double time, const Engines& engines);
 
 // Returns the contacts in the present state, sorted by (kind, a, b); empty if the scene has no
-// collision handling. All ranks must call this function.
+// cloth or no collision handling. All ranks must call this function.
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by

@@ -12,8 +12,8 @@ namespace loomstone {
 struct StepChoice {
   double largest = 0.0;    // length of steps; if automatic, the largest length [s]
   bool automatic = false;  // true: error, dissipation and contacts may shorten steps
-  // Stable step of cloth that is not stretched if an explicit scheme takes automatic steps, 0
-  // otherwise [s].
+  // If the step of an explicit scheme is "auto": the step at which cloth that is not stretched is
+  // just stable [s]. Otherwise 0.
   double stable = 0.0;
 };
 
@@ -22,9 +22,10 @@ struct StepChoice {
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
 
 // Returns the largest length with which an explicit scheme is expected to be stable from the start
-// of `part` on, with a margin: between 1 and the length of the part, in 64ths of the step (see
-// StepPart). Measures the stretch at the start of every eighth step, and stores the length in
-// ClothState::expected_step for the others. steps.stable must be positive. Collective.
+// of `part` on, with a margin, in 64ths of the step (see StepPart). The result is between 1 and the
+// length of the part. Computes the length from the stretch at the start of every eighth step, and
+// stores it in ClothState::expected_step for the parts until the next measurement. steps.stable
+// must be positive. Collective.
 int stable_part(const StepContext& part, const StepChoice& steps, const Engines& engines,
                 State& state);
 

@@ -34,8 +34,8 @@ constexpr double dissipation_tolerance = 0.15;
 // Tolerated product of Damping::rate and the length of a part, in steps of given length with an
 // accuracy of 1. Parts are not divided for this if they are shorter than the second number times
 // Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
-// of 10 ms then reaches the bottom by at most 2.2 % too late, and not by 8 %. Gentle motion in
-// steps of 4 ms needs no more parts.
+// of 10 ms then reaches the bottom at most 2.2 % too late, and not 8 %. Gentle motion in steps of
+// 4 ms is not divided into more parts.
 constexpr double removal_tolerance = 5e-4, least_of_fall_time = 0.019;
 
 // Upper limit of automatic steps while strain limits are forced (see NearContacts::forced), as a

@@ -48,7 +48,7 @@ double automatic_step(double largest, const State& state, Engines& engines);
 void expect_step(double largest, const SteppedState& start, double h, const NearContacts& near,
                  Engines& engines, State& state);
 
-// Records the error of a part in the report.
+// Records the error and the length of a part in the report.
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,
                 StepReport& report);
 

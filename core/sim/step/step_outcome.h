@@ -28,7 +28,7 @@ struct StepOutcome {
   // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
   // triangle indices, in descending order of excess.
   std::vector<BrokenLimit> broken;
-  // Pairs of triangles (all surfaces) that are forced to intersect.
+  // Pairs of triangles that are forced to intersect, as indices into the triangles of all surfaces.
   std::vector<std::array<Index, 2>> forced;
 };
 

@@ -1,5 +1,6 @@
 // Sixth stage: if a cloth has strain limits, corrects its velocities so that, within the length of
-// the part, they change strains by at most LimitOptions::strain_rate. Positions do not change.
+// the part, they change strains by at most LimitOptions::strain_rate, unless that is 0. Positions
+// do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"

@@ -122,9 +122,9 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   });
 }
 
-// Returns, for each term except those of attachments, the gradient of the energy and the relative
-// displacement, with the forces of the solve. With Newton schemes, sets the terms of contacts to
-// these forces.
+// Returns, for each term except those of attachments, the gradient of its energy that the solve
+// used (minus the force) [N], and its relative displacement in the part [m]. Newton schemes: sets
+// the gradients of the terms in `near` to these.
 std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
                                               const Points& displacement, const Engines& engines) {
   // Forces are evaluated at the same time within the step as in the scheme.
@@ -204,7 +204,8 @@ std::vector<WorkOfContact> gathered(std::vector<WorkOfContact> works, const RowL
 }
 
 // Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
-// done against friction, and the work of untangling forces. Changes the terms of contacts.
+// done against friction, and the work of untangling forces. Newton schemes: changes the terms in
+// `near` (see solved_terms()).
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;

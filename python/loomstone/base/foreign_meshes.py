@@ -53,8 +53,8 @@ def triangles_of_cells(cells: Any, points: NDArray[np.float64]) -> NDArray[np.in
     points : (n x 3) positions of the vertices
 
     Other cells, such as points, lines and tetrahedra, are ignored. Raises InvalidInput if there are
-    no flat triangles or polygons, if there are curved ones, such as triangle6 and quad8, or if the
-    outline of a polygon crosses itself.
+    no flat triangles or polygons, if there are curved ones, such as triangle6 and quad8, if a cell
+    has an index outside `points`, or if the outline of a polygon crosses itself.
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]

@@ -59,8 +59,8 @@ def _environment(defaults: dict[str, str]) -> Iterator[None]:
 def _load_core() -> str:
     """Loads `_core`, and returns how threads wait, as text.
 
-    GOMP_SPINCOUNT is set to _SPIN_COUNT, unless the user has chosen how threads wait, or libgomp is
-    already loaded.
+    Meanwhile, GOMP_SPINCOUNT is _SPIN_COUNT, unless the user has chosen how threads wait or libgomp
+    is already loaded, and OPENBLAS_THREAD_TIMEOUT is _BLAS_TIMEOUT, unless the user has set it.
     """
     given = [name for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT") if name in os.environ]
     too_late = _libgomp_is_loaded()

@@ -96,7 +96,11 @@ def _describe_run(run: Run) -> None:
 
 
 def print_source(path: Path) -> None:
-    """Prints the program of the scene file that is stored in a run."""
+    """Prints the scene program stored in a run.
+
+    Raises InvalidInput if `path` is neither a directory nor a .vtkhdf file, or if the run was begun
+    in Python.
+    """
     if not path.is_dir() and path.suffix != ".vtkhdf":
         raise InvalidInput(f"--source needs the directory of a run, got {path}")
     run = Run(path)

@@ -97,7 +97,7 @@ def sweep(
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:
-    """Claims the directory of a sweep.
+    """Makes the directory of a sweep, or checks that it belongs to the same sweep (see claim()).
 
     Prints a message if the duration is not a whole number of frames.
     """

@@ -41,5 +41,5 @@ class Words:
             print(json.dumps(content, indent=1, default=str), flush=True)
 
     def observer(self) -> Observer:
-        """Returns an observer that shows the progress of a run, or one that shows nothing."""
+        """Returns an observer of a run. It shows the progress on rank 0, unless text is off."""
         return observer(self._rank) if self._text else Silence()

@@ -53,6 +53,8 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     of the same part become one vertex.
 
     names : names of the parts that are used; None: all
+
+    Raises InvalidInput if `names` is empty or contains an unknown name.
     """
     known = [part.name for part in parts]
     if names is not None and (unknown := [name for name in names if name not in known]):

@@ -45,8 +45,8 @@ def export_run(
 ) -> list[Path]:
     """Writes a run in a format of other programs, as loomstone.Run.export describes.
 
-    progress : function called with the number of frames read since its last call; every frame is
-        read twice
+    progress : function called with the number of frames read since its last call; every selected
+        frame is read twice
     """
     path, to = _target(run, out, to)
     selected(len(run), frames, every)
@@ -70,7 +70,11 @@ def format_of(name: str | None) -> Format | None:
 def _target(
     run: FramesOfRun, out: str | os.PathLike[str] | None, to: Format | None
 ) -> tuple[Path, Format]:
-    """Returns the path and the format. If one of them is not given, the other determines it."""
+    """Returns the path and the format. If one of them is not given, the other determines it.
+
+    Raises InvalidInput if neither is given, if the path does not determine the format, or if the
+    path does not fit the format.
+    """
     to = format_of(to)
     if out is None:
         if to is None:

@@ -28,8 +28,9 @@ class Channel:
 def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
     """Returns the channels of the named animations, or of the only animation if no name is given.
 
-    Omits channels without a node. The animations have the order of `names`. If several channels
-    move the same property of a node, the last one counts.
+    Omits channels without a node. The animations have the order of `names`. If several of the
+    channels move the same property of a node, the caller must use the last one. Raises InvalidInput
+    if the file has no animation, no such animation, or several animations and no name is given.
     """
     animations = file.content.animations
     known = [item.name or f"animation {i}" for i, item in enumerate(animations)]

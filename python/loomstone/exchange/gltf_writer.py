@@ -3,7 +3,8 @@
 glTF has y up, so a root node rotates the scene; all other data have z up. Each frame after the
 first is a morph target of every deforming surface, and linearly interpolated weights select it at
 the time of the frame. Vertices that need several uv or normals are repeated. The copies follow all
-other vertices, so each mesh begins with the vertices of the surface's triangles, in their order.
+other vertices, so each mesh begins with those vertices of the surface that belong to triangles, in
+ascending order of their indices.
 """
 
 from __future__ import annotations

@@ -54,8 +54,8 @@ def motions_of(
 ) -> list[Motion]:
     """Returns the motions of surfaces over `count` frames, which are read once.
 
-    A surface is rigid if a rotation and a translation reproduce its vertices in each frame to
-    single precision. Cloth never counts as rigid.
+    A surface is rigid if a rotation and a translation map its vertices in the first frame to those
+    in each frame, to single precision. Cloth never counts as rigid.
     """
     motions: list[Motion] = []
     for index, frame in enumerate(frames()):

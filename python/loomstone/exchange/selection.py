@@ -14,6 +14,8 @@ def parse_frames(text: str, count: int) -> range:
     """Returns the frames that "A:B" names: A to B - 1, where A defaults to 0 and B to `count`.
 
     count : number of frames of the run
+
+    Raises InvalidInput for any other text, and unless 0 <= A < B <= count.
     """
     found = re.fullmatch(r"(\d*):(\d*)", text.strip())
     first, end = (int(found[1] or 0), int(found[2] or count)) if found else (0, 0)

@@ -113,7 +113,8 @@ def texture_at_vertices(surface: Surface) -> Bytes | None:
 def vertex_colors(surface: Surface) -> Bytes:
     """Returns colours (n x 3) of the vertices in sRGB.
 
-    Without a texture, the colour of a vertex is the mean colour of its triangles in linear RGB.
+    Without a texture, the colour of a vertex is the mean of the colours of its triangles. This mean
+    is taken in linear RGB.
     """
     shown = texture_at_vertices(surface)
     if shown is not None:
@@ -186,7 +187,9 @@ def _body(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
 
 
 def _image(look: Look, color: Floats) -> Bytes | None:
-    """Returns the texture of a look, if any, blended with `color` where it is transparent."""
+    """Returns the texture of a look, blended with `color` where it is transparent, or None if the
+    look has no texture.
+    """
     if look.texture is None:
         return None
     share = look.texture[..., 3:] / 255.0
@@ -195,7 +198,10 @@ def _image(look: Look, color: Floats) -> Bytes | None:
 
 
 def _texture_uv(look: Look, uv: Floats) -> Floats:
-    """Returns uv in units of the texture's size; the texture is placed as in rendered pictures."""
+    """Returns uv in units of the texture's size, or no rows if the look has no texture.
+
+    The texture is placed as in rendered pictures.
+    """
     if look.texture is None:
         return np.empty((0, 2))
     if look.texture_width > 0.0:
@@ -212,7 +218,7 @@ def _rows(owner: NDArray[Any], index: int) -> slice:
 
 
 def _uv_table(triangles: Indices, corner_uv: Floats) -> tuple[Floats, Indices]:
-    """Returns a table of uv (k x 2) and, for the corners of each triangle, its rows (m x 3).
+    """Returns a table of uv (k x 2), and the table row of every corner of the triangles (m x 3).
 
     Corners of the same vertex with the same uv share a row. The rows are ordered by vertex.
     """

@@ -25,7 +25,7 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
     The control mesh of a subdivision surface is taken as it is.
 
     rate : samples per second [1/s]; None: one per time code
-    moving : whether the motion is read, or only the first frame
+    moving : whether the motion is read; False: only the first frame is read
     """
     usd, geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
     tf = imported("pxr.Tf", path)

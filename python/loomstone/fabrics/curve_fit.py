@@ -55,12 +55,13 @@ def fit(
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : mass per area [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1]; None: the value at `load`
+    shear_limit : largest shear strain e12 [1]; None: the strain at which the shear curve reaches
+        `load`
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
     numbers, strain does not increase, fewer than four points up to the limit have a strain other
-    than 0, or `load` is never reached. Without bending curves, the material has the default bending
-    rigidities of ClothMaterial.
+    than 0, or a curve that defines a limit never reaches `load`. Without bending curves, the
+    material has the default bending rigidities of ClothMaterial.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)

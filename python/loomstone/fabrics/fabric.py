@@ -41,7 +41,7 @@ class Fabric(ClothMaterial):
     source, licence : source of the numbers and its licence
     caveats : limitations of the numbers
     band : published range of the drape coefficient [%] of similar fabrics, or None
-    fits : fit of each mode of deformation by name ("weft"), for fabrics made by fit_fabric
+    fits : fit of each mode of deformation by name ("weft"), for fabrics made by ls.fit_fabric
     """
 
     __slots__ = ("_about", "_fits", "_material")
@@ -142,7 +142,7 @@ class Fabric(ClothMaterial):
 
     @property
     def fits(self) -> dict[str, ModeFit]:
-        """Fit of each mode of deformation by name; empty unless fit_fabric made the fabric."""
+        """Fit of each mode of deformation by name; empty unless ls.fit_fabric made the fabric."""
         return dict(self._fits)
 
     def __repr__(self) -> str:

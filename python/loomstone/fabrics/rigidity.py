@@ -7,8 +7,8 @@ strip at the angle a to weft has the rigidity B(a) with
     1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
 
 [Lekhnitskii1968]. `bending_from_strips` solves this for strips along weft, along warp and on the
-bias (45 degrees). They give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12. S12 is minus the
-given Poisson ratio times S11.
+bias (45 degrees): S11 = 1 / B(0), S22 = 1 / B(90) and S33 = 4 / B(45) - S11 - S22 - 2 S12, where
+S12 is minus the given Poisson ratio times S11.
 
 Without a strip on the bias, the twisting rigidity is that of Huber's orthotropic plate, D33 =
 (sqrt(D11 D22) - D12) / 2 [Huber1923], which is also the default of ClothMaterial. This relation is

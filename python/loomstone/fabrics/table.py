@@ -116,7 +116,7 @@ _NEGATIVE = "the fit's negative coupling is taken as 0"
 def _bending(warp: float) -> tuple[float, float, float]:
     """Returns the rigidities of strips along weft, along warp and on the bias [N m].
 
-    warp : median rigidity along warp of measured fabrics of this weight per area [N m]
+    warp : median rigidity along warp of measured fabrics with the fabric's weight per area [N m]
     """
     return 0.6354 * warp, warp, 0.8316 * warp
 
@@ -270,9 +270,9 @@ class Level:
     bending: float
 
 
-# The bending rigidities are the percentiles 5, 25, 50, 75 and 95 of 618 fabrics measured along warp
-# [Feng2022]. Stiffness and limits are chosen, not measured. Figure 3.5 of [Thomaszewski2010] shows
-# limits of 2, 5 and 15 %.
+# The bending rigidities are the percentiles 5, 25, 50, 75 and 95 of those that [Feng2022] measured
+# along warp on 618 fabrics. Stiffness and limits are chosen, not measured. Figure 3.5 of
+# [Thomaszewski2010] shows limits of 2, 5 and 15 % strain.
 LEVELS = {
     "very soft": Level(50.0, 0.30, 20.0, 0.30, 1.1e-6),
     "soft": Level(150.0, 0.15, 40.0, 0.20, 4.1e-6),

@@ -49,7 +49,7 @@ def close_seams(
 ) -> Garment:
     """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
-    pattern : its panels, as placed, may touch one another along seams only, but no obstacles
+    pattern : its placed panels may meet only along seams, and must not touch obstacles
     places : placements by panel name, which replace those of the pattern
     obstacles : surfaces with which the panels collide, such as the wearer's body
     material : material of the panels during sewing; default: 300 N/m (75 in shear), 0.2 kg/m^2
@@ -140,7 +140,7 @@ def _pulled(
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
     # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable.
-    # n is the number of springs at one of the two vertices: that at which more springs meet.
+    # n is the number of springs that meet at a vertex of the pair, the larger of the two numbers.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

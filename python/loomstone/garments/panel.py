@@ -107,6 +107,8 @@ class Panel:
         """Returns a panel that is mirrored about x = 0, for the other side of the body.
 
         Edges keep their names.
+
+        place : placement of the mirrored panel; None: that of this panel
         """
         return Panel(
             name,

@@ -81,7 +81,8 @@ class Pattern:
         """Raises InvalidInput if the pattern cannot be sewn.
 
         Examples are two panels with the same name, edges that are unknown or sewn twice, sewn edges
-        whose lengths differ by more than the fraction `ease`, and panels that are not connected.
+        whose lengths differ by more than `ease` times the longer one, and panels that are not
+        connected.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")

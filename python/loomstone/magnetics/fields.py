@@ -55,7 +55,7 @@ def potential(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
     points (n, 3) [m] in world axes. Returns (n) [A]: the sum over all bodies, which vanishes at
     infinity and is continuous except at dipoles. The relation to H also holds inside magnets.
     threads as in `field`. Raises Unsupported for currents, which have no scalar potential, and for
-    induced bodies.
+    bodies with the mutual response of `induce`.
 
     >>> import loomstone as ls
     >>> ls.magnetics.potential(ls.magnetics.dipoles([[0, 0, 0]], [[0, 0, 1]]), [[0, 0, 0.5]])

@@ -60,7 +60,7 @@ def dipole_field(
     tolerance: float | None = None,
     threads: int = 0,
 ) -> Floats:
-    """Returns B (k, 3) [T] at observers (k, 3) [m] of point dipoles, eq. (6.5).
+    """Returns B (k, 3) [T] of point dipoles at observers (k, 3) [m], eq. (6.5).
 
     The dipoles have moments (n, 3) [A m^2] at points (n, 3) [m]. A dipole located exactly at an
     observer contributes nothing there. With observers=points, the result at each dipole is
@@ -85,7 +85,7 @@ def dipole_gradient(
     tolerance: float | None = None,
     threads: int = 0,
 ) -> Floats:
-    """Returns dB_i/dx_j (k, 3, 3) [T/m] at observers (k, 3) [m] of point dipoles.
+    """Returns dB_i/dx_j (k, 3, 3) [T/m] of point dipoles at observers (k, 3) [m].
 
     The arguments are those of `dipole_field`. The tolerance is met by both field and gradient.
     """

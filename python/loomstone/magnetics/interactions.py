@@ -140,8 +140,8 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     m2 / (4 pi r^3) with the moments m1 and m2 and the sum r of both radii. The energy of an induced
     body is that of its charge in the potential of the magnet, and does not depend on the tolerance.
     threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. Raises
-    Unsupported for currents, because keeping them constant requires work, and in general for two
-    induced bodies.
+    Unsupported for currents, because keeping them constant requires work, and for two bodies with
+    the mutual response of `induce`.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

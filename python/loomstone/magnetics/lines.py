@@ -18,7 +18,7 @@ __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves", 
 
 Floats = NDArray[np.float64]
 # Flux density below which pictures show no field lines [T]. A straight wire with a current of 1 A
-# has 200 times this flux density at a distance of 10 cm.
+# causes 200 times this flux density at a distance of 10 cm.
 WEAK = 1e-8
 
 

@@ -182,8 +182,8 @@ def induce(
 
     response "explicit": the method of [Thomaszewski2010]. Dipole cells of `density` [1/m^3] respond
     to `by` and `field` alone, as isolated spheres do; those of a superconductor respond with M = -B
-    / mu0. For chi >> 1, the force of a cube magnet on a soft cube of equal size is 12 % too large
-    at a gap of one edge, and 37 % at a gap of a quarter of an edge.
+    / mu0. For chi >> 1, the force of a cube magnet on a soft cube of equal size with 8 x 8 x 8
+    cells is 12 % too large at a gap of one edge, and 37 % at a gap of a quarter of an edge.
 
     threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. The mutual
     response raises InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.

@@ -112,7 +112,9 @@ def _moments(
 
 
 def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
-    """Returns the files of a list, or the files that match a pattern, ordered by their numbers."""
+    """Returns the files of a list in its order, or the files that match a pattern, ordered by the
+    numbers in their names.
+    """
     if not isinstance(source, (str, os.PathLike)):
         return [Path(path) for path in source]
     found = glob.glob(os.fspath(source))

@@ -125,7 +125,10 @@ def plot_parallel(
 
 
 def _grouped(runs: Sequence[ParallelRun]) -> list[_Group]:
-    """Returns the runs with the same number of ranks and decomposition in one group, sorted."""
+    """Returns a group of runs for each number of ranks and decomposition, sorted by both.
+
+    Raises InvalidInput if there are no runs, or if the runs differ in their number of frames.
+    """
     if not runs:
         raise InvalidInput("the plot needs at least one run, got none")
     for run in runs:

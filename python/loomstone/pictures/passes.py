@@ -56,7 +56,8 @@ def write_passes(
     frames : indices of frames; None: all frames
     progress : function called with the number of frames finished since its last call
 
-    Raises InvalidInput for an unknown pass, and Unsupported without the package OpenEXR.
+    Raises InvalidInput for an unknown pass or an index out of range, CacheError if the run has no
+    frames, and Unsupported without the package OpenEXR.
     """
     check_frames(run, frames)
     if unknown := [name for name in passes if name not in PASSES]:

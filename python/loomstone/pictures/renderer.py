@@ -41,7 +41,7 @@ class Renderer(_core.Renderer):
 
         curves : curves that are drawn as tubes
         value_ranges : (minimum, maximum) that automatic colours span, for each field in color_by;
-            by default the extremes in this frame
+            by default the extremes in this frame, and 0 to 2 for the field contact
         """
         image = super().render(frame, curves, value_ranges)
         if all(row == "cloth" for row in self._rows):

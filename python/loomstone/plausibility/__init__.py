@@ -32,7 +32,7 @@ def implausible(simulation: Any) -> list[str]:
         found += of_contacts(scene, simulation)
     found += [*of_sizes(scene), *of_scripts(scene), *of_steps(simulation)]
     reversed_ones = reversed_obstacles(scene)
-    if scene.bodies or reversed_ones:  # without both, neither overlaps nor magnets are checked
+    if scene.bodies or reversed_ones:  # otherwise, neither overlaps nor magnets are checked
         surfaces = start_surfaces(scene, simulation)
         pairs = overlapping_pairs(surfaces)
         found += of_reversed(scene, surfaces, reversed_ones)

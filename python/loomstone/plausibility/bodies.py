@@ -34,7 +34,10 @@ def of_sizes(scene: Scene) -> list[str]:
 
 
 def of_overlaps(surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns a sentence for each of the first MOST_LISTED pairs, and one for all others."""
+    """Returns a sentence for each of the first MOST_LISTED overlaps, and one for all others.
+
+    pairs : pairs of overlapping surfaces, as indices into `surfaces`
+    """
     found = [
         f"{surfaces[a].name} and {surfaces[b].name} overlap at the start, so contacts drive them"
         " apart suddenly; move one of them"

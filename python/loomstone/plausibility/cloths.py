@@ -214,7 +214,7 @@ def _limit(cloth: Cloth) -> str:
 
 
 def _first_pins(cloth: Cloth) -> str:
-    """Returns a sentence if pins jump in the first step to where their script begins, else ""."""
+    """Returns a sentence if pins jump to their scripted positions in the first step, else ""."""
     if not cloth.script_times:
         return ""
     times, places = _script(cloth)

@@ -92,7 +92,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns a magnet's surface in the frame of its carrier, or None if it has none (dipoles).
+    """Returns a magnet's surface in the frame of its carrier, or None for dipoles and cells.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

@@ -15,7 +15,7 @@ def of_steps(simulation: Any) -> list[str]:
     if not isinstance(integrator, (ExplicitEuler, SymplecticEuler)) or integrator.step == "auto":
         return []
     if all(len(set(cloth.pins)) == cloth.mesh.n_vertices for cloth in simulation.scene.cloths):
-        return []  # nothing moves freely
+        return []  # no vertex of cloth moves freely
     stable = simulation.stable_step()
     if integrator.step <= stable:
         return []

@@ -202,7 +202,7 @@ class Run:
         to : usd (.usdc, .usd or .usda: points and poses over time, uv, materials), gltf (.glb or
             .gltf: morph targets and animated nodes, uv, materials), alembic (.abc: points and poses
             over time, uv, colours), pc2 or mdd (an OBJ file for each surface, and a point cache for
-            each that moves), obj or ply (a mesh file for each surface and, if it moves, each
+            each that moves), obj or ply (a mesh file for each surface or, if it moves, one for each
             frame). None: usd, gltf or alembic, according to the suffix of `out`.
         out : file, or directory for pc2, mdd, obj and ply; default: in the directory of the run
         frames : frames to export, such as range(10, 50); None: all

@@ -44,8 +44,9 @@ def execute(
 ) -> dict[str, Any]:
     """Advances a Simulation to the end of its run and returns the report.
 
-    All ranks must call this function. Only rank 0 writes files. Raises Interrupted if a signal ends
-    the run, and CacheError if another process writes the directory.
+    All ranks must call this function. Only rank 0 writes files, and only its report contains values
+    computed from them. Raises Interrupted if a signal ends the run, and CacheError if another
+    process writes the directory.
 
     control : function called with the simulation before every step
     farewell : sentence that is printed if the process of rank 0 ends early after the run has begun;

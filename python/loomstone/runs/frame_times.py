@@ -15,7 +15,10 @@ MOST_FRAMES = 1_000_000
 
 
 def frame_count(duration: float, rate: float) -> int:
-    """Returns the number of frames of a run: one at the start and one every 1/rate."""
+    """Returns the number of frames of a run: one at the start and one every 1/rate.
+
+    Raises InvalidInput for an invalid duration or rate, or if their product exceeds MOST_FRAMES.
+    """
     for name, value in (("duration", duration), ("rate", rate)):
         if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
             raise InvalidInput(f"{name} must be a number, got {value!r}")

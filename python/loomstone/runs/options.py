@@ -17,8 +17,8 @@ class RunOptions:
 
     duration : simulated time [s]
     rate : frames per second of simulated time [1/s]
-    render : options of the pictures; None: no pictures. They are drawn during the run, or at its
-        end if their colours or a fitted camera depend on all frames.
+    render : options of the pictures, which are drawn during the run, or at its end if their colours
+        or a fitted camera depend on all frames; None: no pictures
     verify : whether the intersections of every frame are counted exactly
     record_tasks : n, to record the motion of surfaces in every n-th step for `loomstone replay`; 0,
         to record none

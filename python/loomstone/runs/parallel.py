@@ -19,9 +19,9 @@ __all__ = ["read_parallel"]
 
 
 def read_parallel(directory: str | os.PathLike[str]) -> ParallelRun:
-    """Returns how the ranks of a run shared its work, with the predictions of `loomstone replay`.
+    """Returns how the ranks of a run shared its work, and any predictions of `loomstone replay`.
 
-    Raises CacheError if the run has not ended, or if files are missing.
+    Raises CacheError if the run has not ended, or if its steps.csv or run.vtkhdf is missing.
     """
     path = Path(directory)
     steps, report = read_steps(path), _report(path)

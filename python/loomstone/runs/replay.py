@@ -116,7 +116,7 @@ def replay(
     network: Network | None = None,
     observer: Callable[[str], None] | None = None,
 ) -> list[Prediction]:
-    """Predicts the time of the recorded searches of a run.
+    """Predicts the time of the recorded searches of a run for all given ranks and decompositions.
 
     The tests of the decompositions "static" and "dynamic" are measured again for every number of
     ranks, because the partitions depend on it. With "dynamic", costs in an earlier step determine

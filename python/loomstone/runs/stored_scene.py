@@ -1,4 +1,4 @@
-"""Scenes of runs that were started from Python, stored as data to let another process resume them.
+"""Scenes of runs that were started from Python, stored so that other processes can resume the runs.
 
 The file scene.npz holds the descriptions that make up the scene (Scene, Cloth and so on) as JSON,
 and their arrays. Reading it executes no code from the file: only descriptions, meshes and magnetic
@@ -75,7 +75,7 @@ def write_scene(directory: Path, scene: Scene) -> None:
 
 
 def read_scene(directory: Path) -> Scene:
-    """Reads the scene of a run; raises CacheError if the file is absent or cannot be read."""
+    """Returns the stored scene of a run. Raises CacheError if it is absent or cannot be read."""
     path = directory / STORED_SCENE
     try:
         with np.load(path, allow_pickle=False) as stored:

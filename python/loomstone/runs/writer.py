@@ -73,7 +73,8 @@ class Writer(NoWriter):
         frames: FrameWriter,
         following: int,
     ) -> None:
-        """Removes rows of steps and, with `options.verify`, of frames that will be computed again.
+        """Removes the rows of steps that will be computed again from the tables of steps. With
+        `options.verify`, also removes the rows of frames that will be written again.
 
         following : index of the next frame
         """

@@ -76,7 +76,7 @@ class _Spring:
 
 
 class ClothGrip:
-    """Holds the cloth around a point: the nearest vertices, with at least 5 % of its mass."""
+    """Holds a cloth by the vertices nearest to a point, with at least 5 % of the cloth's mass."""
 
     def __init__(
         self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike

@@ -61,7 +61,7 @@ class Surfaces:
         self._listen(node)
 
     def _listen(self, node: Any) -> None:
-        """Gives a new node, which may replace an older one, the listener that its name has."""
+        """Gives a new node, which may replace an older one, the listener set for its name."""
         if node.name in self._listeners:
             node.on_drag("left")(self._listeners[node.name])
 

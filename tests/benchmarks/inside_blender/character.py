@@ -1,5 +1,5 @@
-"""Makes a character in Blender and exports it; blender_character.py runs this with Blender's
-Python.
+"""Makes a character in Blender and exports it; blender_character.py runs this file with
+Blender's Python.
 
 A tube is skinned to two bones and has a shape key. Within 25 frames the upper bone turns, the
 armature moves and the shape key grows. The only argument is the directory for tube.glb, tube.usdc

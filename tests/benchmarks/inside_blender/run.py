@@ -51,7 +51,7 @@ def load_caches(files: list[Path]) -> None:
 
 
 def vertices() -> dict[str, np.ndarray]:
-    """Returns the vertices of all meshes in world space."""
+    """Returns the vertices (n x 3) [m] of each mesh in world space, by a running number."""
     graph = bpy.context.evaluated_depsgraph_get()
     found = {}
     for made in bpy.context.scene.objects:

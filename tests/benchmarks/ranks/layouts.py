@@ -38,7 +38,9 @@ ROTATE = "LOOMSTONE_ROTATE_OWNERS"
 
 
 def simulate(given: argparse.Namespace) -> None:
-    """Prints, on rank 0, the digest of each scene in each decomposition that the scene uses."""
+    """Runs each scene in each decomposition that it uses. Rank 0 prints a line for each: names of
+    scene and decomposition, digest, number of steps and largest number of contacts.
+    """
     ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
     sys.path.insert(0, str(SCENES))
     for name in given.scenes:
@@ -66,7 +68,7 @@ def simulate(given: argparse.Namespace) -> None:
 
 
 def launch(layout: str, rotate: bool, given: argparse.Namespace) -> list[list[str]]:
-    """Returns the words of the lines that simulate() prints in a layout."""
+    """Starts this file in a layout, and returns the words of each line that simulate() prints."""
     ranks, threads = layout.split("x")
     command = [sys.executable, __file__, "--threads", threads, "--share", str(given.share)]
     command += ["--scenes", *given.scenes]

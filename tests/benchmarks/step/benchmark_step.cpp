@@ -23,7 +23,7 @@ using namespace loomstone;
 
 namespace {
 
-// Returns the wall time if there are several threads [s]. For one thread, returns the processor
+// Returns the wall time [s] if there are several threads. For one thread, returns the processor
 // time [s], which other processes hardly affect.
 double now(int threads = 1) {
   timespec t;

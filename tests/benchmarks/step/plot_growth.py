@@ -17,7 +17,10 @@ LINES = {"pcg": "o-", "block-jacobi": "^:", "supernodal": "s--"}
 
 
 def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
-    """Maps (solver, step [ms]) to rows of (triangles, iterations, step time / product time)."""
+    """Returns the rows (triangles, iterations, step time / product time) of each solver and step.
+
+    The keys are (solver, step [ms]).
+    """
     series: dict[tuple[str, float], list[tuple[int, int, float]]] = {}
     for line in path.read_text().splitlines():
         word = line.split()

@@ -9,8 +9,8 @@ namespace loomstone::test {
 // (1981). The points must include the four corners of the rectangle.
 Triangles delaunay(const Points& points);
 
-// Mesh of the rectangle [x0, x1] x [0, width] with boundary points spaced about h apart. Around
-// each inner node of a grid of this spacing, a cell contains one random point. Each round of
+// Mesh of the rectangle [x0, x1] x [0, width] with boundary points spaced about h apart. The cell
+// around each inner node of a grid with the same spacing contains one random point. Each round of
 // smoothing moves every inner point to the mean of its neighbours and triangulates all points
 // again. Without smoothing, the mesh can contain slivers.
 struct PointMesh {

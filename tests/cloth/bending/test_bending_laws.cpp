@@ -292,7 +292,7 @@ TEST_CASE(
       Mat2 rotation;  // from the old axes to the new ones
       rotation << c, s, -s, c;
       turned.corners[t] = setup.corners[t] * rotation.transpose();
-      Mat3 back;  // maps curvatures (kxx, kyy, 2 kxy) in the new axes to the old ones
+      Mat3 back;  // maps curvatures (kxx, kyy, 2 kxy) in the new axes to those in the old axes
       back << c * c, s * s, -c * s, s * s, c * c, c * s, 2.0 * c * s, -2.0 * c * s, c * c - s * s;
       const Mat3 d = back.transpose() * setup.rigidity[t] * back;
       turned.rigidity[t] = 0.5 * (d + d.transpose());
@@ -318,7 +318,8 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
-  CHECK(found >= 0.97 * exact);  // 3 % is harmless: the largest explicit step has a margin of 20 %
+  // An error of 3 % is harmless: the longest step with explicit bending has a margin of 20 %.
+  CHECK(found >= 0.97 * exact);
   CHECK(free->largest_eigenvalue(mass) > 0.0);
 }
 

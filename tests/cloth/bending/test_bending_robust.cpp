@@ -235,7 +235,7 @@ TEST_CASE(
   }
   CHECK(n_valid > 20);
   CHECK(n_averaged > 0);
-  // A regular mesh has no averaged edges.
+  // No edge of a regular mesh uses the mean slope.
   CHECK(make_midedge_bending(flat_setup(mesh, rigidity))->averaged_edges() == 0);
 }
 

@@ -171,16 +171,17 @@ TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its li
     s.membrane.set_phase(phase.table(), phase.entered());
     return tension(s, x) - elastic;
   };
-  CHECK(added(0.0905, 0.0, yields.data()) == added(0.0905, 0.0, nullptr));  // below the bound
+  // At a strain of 0.0905, the stress is below its bound.
+  CHECK(added(0.0905, 0.0, yields.data()) == added(0.0905, 0.0, nullptr));
   for (const double strain : {0.095, 0.12, 0.2}) {
-    // `beyond` is the bound on the stress S, divided by the stretch and by 300 times the modulus.
-    // It is 0.2 times the strain above 0.09, where the second phase begins, plus 0.02 times the
-    // value that `beyond` has without yielding at the start of the fourth phase. This value is 10.5
-    // times the margin of 0.01.
+    // `beyond` is the bound on the second Piola-Kirchhoff stress, divided by the stretch and by 300
+    // times the modulus. It is 0.2 times the strain above 0.09, where the second phase begins, plus
+    // 0.02 times the value that `beyond` has without yielding at the start of the fourth phase.
+    // This value is 10.5 times the margin of 0.01.
     const double beyond = 0.02 * 10.5 * 0.01 + 0.2 * (strain - 0.09);
     const double expected = 0.2 * 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(added(strain, 0.0, yields.data()) == Approx(expected).epsilon(1e-9));
-    // Warp exceeds its limit more, so weft does not yield.
+    // Warp is farther beyond the start of its second phase than weft, so weft does not yield.
     CHECK(added(strain, strain + 0.01, yields.data()) ==
           Approx(added(strain, strain + 0.01, nullptr)).epsilon(1e-12));
   }

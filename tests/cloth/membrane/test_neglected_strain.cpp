@@ -1,4 +1,5 @@
-// Tests of the strain that a linear model neglects, and of its omission from the Jacobian.
+// Tests of the strain that a linear model neglects, and of the omission of its stress from the
+// geometric term of the Jacobian.
 #include <catch2/catch.hpp>
 
 #include "tests/cloth/membrane_support.h"

@@ -118,7 +118,7 @@ TEST_CASE("ranks that share a search find each pair once, and refit only what th
   const Points x0 = shaken(scene.x, 0.005, 41), x1 = shaken(x0, 0.002, 42);
   const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // keeps all pairs
   BroadPhase whole(scene.model, pairs);
-  // All surface pairs; then those of different surfaces, without self-collisions.
+  // Searches all surface pairs, and then only the pairs of different surfaces.
   for (const bool self : {true, false}) {
     std::vector<Index> which;
     for (std::size_t i = 0; i < pairs.size(); ++i)

@@ -212,9 +212,9 @@ TEST_CASE("floating-point proofs and separating planes agree with integer arithm
 namespace {
 
 // Checks all queries of a file. The exact test must never be wrong. The conservative test must miss
-// no impact, and report false impacts for at most the fraction `bound` of the queries. Neither test
-// may report an impact later than the upper bound on the first contact time. without_separated()
-// must remove no query with an impact.
+// no impact, and may report false impacts for at most the fraction `bound` of the queries. Neither
+// test may report an impact later than the upper bound on the first contact time.
+// without_separated() must remove no query with an impact.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);

@@ -1,4 +1,5 @@
-// Contact terms that are divided among ranks, and contact data that is kept between calls.
+// Tests of contact terms that are made for a part of the rows, as on each of several ranks, and of
+// contact data that is kept between calls.
 #include <catch2/catch.hpp>
 
 #include <array>

@@ -435,8 +435,8 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
         CHECK(secant == Approx(tangent).epsilon(1e-12));
         continue;
       }
-      // In the stiffened law, the force plus k xi / 8 is inversely proportional to the gap, where
-      // xi is the thickness.
+      // In the stiffened law, the force plus `share` times k xi / 8 is inversely proportional to
+      // the gap, where xi is the thickness.
       const double share = tangent * gap * gap / (k * 0.25 * thickness * thickness);
       const double offset = share * k * thickness / 8.0;
       const double predicted = force + tangent * sunk * gap;

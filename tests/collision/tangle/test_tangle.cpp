@@ -1,5 +1,5 @@
-// Tests of tangles: every piercing is found, its way out reverses the way in, and surfaces that
-// cross from edge to edge retract.
+// Tests of tangles: every edge that pierces a triangle is found and moves back the way it came, and
+// surfaces that cross from edge to edge retract.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,8 +16,8 @@ using namespace loomstone;
 
 namespace {
 
-// A flat sheet, and a sheet with a bump that passes up through it. If `moved` is 0, edges lie
-// exactly above edges.
+// A flat sheet, and a sheet with a bump that passes up through the flat one. If `moved` is 0, edges
+// of one sheet lie exactly above or below edges of the other.
 TestScene bump(double moved) {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
   return make_scene(
@@ -27,8 +27,8 @@ TestScene bump(double moved) {
        })}});
 }
 
-// A flat sheet, and a tilted sheet that cuts through it. The contour of the intersection runs from
-// border to border.
+// A flat sheet, and a tilted sheet that cuts through the flat one. The contour of the intersection
+// runs from border to border of the tilted sheet.
 TestScene leaning() {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
   return make_scene({{flat},

@@ -96,7 +96,7 @@ TEST_CASE("the value at a point does not depend on the other points") {
                                std::make_shared<CellMagnet>(cells.expanded(1e-3))};
   for (const SourcePtr& expanded : sources) {
     Points x = beside(0.004, false);
-    x.bottomRows(40) *= 5.0;  // outside the octree
+    x.bottomRows(40) *= 5.0;  // most of them outside the octree
     const FieldAndGradient all = magnetic_field_and_gradient(Team{2}, {expanded, {}}, x);
     for (Index i = 0; i < 300; i += 37) {
       const FieldAndGradient one = magnetic_field_and_gradient(Team{}, {expanded, {}}, x.row(i));

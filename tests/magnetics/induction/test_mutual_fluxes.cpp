@@ -99,8 +99,8 @@ TEST_CASE("fluxes between bodies equal sums over all panels") {
     const PanelSet &on, &by;
     RigidPose pose;
   };
-  // Each case is a pair of panel sets: with equal weights of their grids (shares), with different
-  // weights, or with curved surfaces.
+  // The grids of the two panel sets have equal or different weights, or at least one set has a
+  // curved surface.
   std::vector<Case> cases = {{cuboid, other, poses[1]},
                              {round, cuboid, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
                              {cuboid, round, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},

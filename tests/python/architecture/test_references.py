@@ -34,7 +34,7 @@ def files(*suffixes: str) -> list[Path]:
 
 
 def texts() -> dict[str, str]:
-    """Maps the names of sources and documents to their text."""
+    """Returns the text of each source and document, by its path from the repository's root."""
     paths = files(".cpp", ".h", ".py", ".md", ".txt", ".toml", "")
     return {p.relative_to(ROOT).as_posix(): p.read_text() for p in paths}
 

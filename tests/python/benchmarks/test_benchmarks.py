@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 BENCHMARKS = ROOT / "tests" / "benchmarks"
-# Modules that programs or tests import. They are not run on their own.
+# Modules that programs or tests import. They are not benchmarks themselves.
 MODULES = (
     "smoke.py",
     "extreme_scenes.py",

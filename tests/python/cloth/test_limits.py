@@ -330,8 +330,9 @@ def test_irregular_meshes_strain_as_regular_ones(limit):
     [(ls.SemiImplicitEuler(), 0.05), (ls.BackwardEuler(), 0.05), (ls.SymplecticEuler(), 0.3)],
 )
 def test_sweeps_after_the_solve_do_not_throw_cloth(integrator: ls.Integrator, gain: float) -> None:
-    # A soft sheet falls into limits of 2 %. If all corrections by sweeps changed velocities, it
-    # would gain 0.29, 0.30 and 0.92 of its largest kinetic energy with the three integrators.
+    # A soft sheet falls until its strain limits act. If all corrections by sweeps changed
+    # velocities, its energy would grow by 0.29, 0.30 and 0.92 of its largest kinetic energy with
+    # the three integrators.
     material = ls.ClothMaterial(weft_stiffness=10.0, warp_stiffness=10.0, shear_stiffness=4.0)
     cloth = ls.Cloth(
         mesh=ls.grid(size=(0.4, 0.4), cells=(12, 12)),
@@ -350,7 +351,7 @@ def test_sweeps_after_the_solve_do_not_throw_cloth(integrator: ls.Integrator, ga
 
 
 def test_sweeps_after_the_solve_conserve_momentum_in_contacts() -> None:
-    # A sheet that is stretched by a tenth and limited hits another sheet. Both are free.
+    # A sheet with strain limits, stretched by a tenth, hits a sheet without limits. Both are free.
     def sheet(name, size, cells, z, limit, speed):
         mesh = ls.grid(size=(size, size), cells=(cells, cells)).moved((0.003, 0.002, z))
         material = ls.ClothMaterial(

@@ -51,7 +51,7 @@ def derivative(p: Polynomial) -> Polynomial:
 
 
 def remainder(a: Polynomial, b: Polynomial) -> Polynomial:
-    """Returns the remainder of a divided by b, up to a positive factor."""
+    """Returns the remainder of `a` divided by `b`, up to a positive factor."""
     a, lead = list(a), b[-1]
     while len(a) >= len(b):
         top, shift = a[-1], len(a) - len(b)
@@ -121,7 +121,7 @@ class Time:
 
 
 def divided(p: Polynomial, numerator: int, bits: int) -> Polynomial:
-    """Removes all factors (t - numerator / 2^bits) from p, up to a positive factor."""
+    """Returns p without its factors (t - numerator / 2^bits), up to a positive factor."""
     while p and sign_at(p, numerator, bits) == 0:
         # Long division by (2^bits t - numerator). Scaling p first keeps all numbers integer.
         quotient, rest = [], 0
@@ -166,7 +166,10 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Returns whether the hull contains the origin. Origin and corners must be coplanar."""
+        """Returns whether the hull contains the origin at `time`.
+
+        At this time, origin and corners must be coplanar.
+        """
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}

@@ -134,8 +134,8 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
 
 
 def moving(step: float, steps: int) -> ls.Simulation:
-    """Simulates `steps` steps of a driven coil, a shorted coil and a coil with given current, which
-    approach one another and rotate.
+    """Returns a simulation of a driven coil, a shorted coil and a coil with given current, which
+    approach one another and rotate, after `steps` steps.
     """
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
     bodies = [

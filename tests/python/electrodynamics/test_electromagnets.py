@@ -155,7 +155,7 @@ def falling(magnets=(), **given) -> ls.Scene:
 
 
 def moving(steps: int, of: int, **what) -> ls.Simulation:
-    """Divides 8 ms into `of` equal steps and runs the first `steps` of them."""
+    """Returns a simulation of 8 ms in `of` equal steps, after the first `steps` of them."""
     sim = simulation(falling(**what), 8e-3 / of)
     for _ in range(steps):
         sim.step()
@@ -374,7 +374,7 @@ def test_a_picture_has_no_field_lines_before_the_current_begins():
 
 
 def horseshoe(width: float) -> ls.TriangleMesh:
-    """A U-shape in the xz-plane, of thickness `width`. It is three times as wide and as high."""
+    """A U-shape in the xz-plane. It is `width` thick, and 3 `width` wide and high."""
     outline = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
     side = np.array([(0, 5, 6), (0, 6, 7), (0, 1, 5), (1, 4, 5), (1, 2, 4), (2, 3, 4)])
     vertices = width * np.array([(x, y, z) for y in (-0.5, 0.5) for x, z in outline])

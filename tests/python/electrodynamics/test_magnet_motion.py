@@ -219,7 +219,8 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
         sim.step()
     z, v = sim.state.body_centres[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
-    # The tolerance covers an error of 1e-4 in the force and the second-order error of 200 steps.
+    # The tolerance covers a relative error of 1e-4 of the force, and the error of 200 steps, which
+    # is of second order.
     assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
     assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])
 

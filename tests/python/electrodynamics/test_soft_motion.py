@@ -43,8 +43,8 @@ def heights(scene: ls.Scene, steps: int) -> tuple[np.ndarray, ls.Simulation]:
 
 
 def resting_place(case: dict) -> tuple[float, float]:
-    """Returns the equilibrium height above the plate [m] and the frequency of small vertical
-    oscillations [Hz].
+    """Returns the equilibrium height of the magnet's centre above the superconducting plate [m] and
+    the frequency of its small vertical oscillations [Hz].
     """
     plate = M.soft_cuboid(size=PLATE, susceptibility=-1, cells=8).moved((0, 0, -0.5 * PLATE[2]))
     magnet = M.sphere(radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))

@@ -104,7 +104,8 @@ def test_a_skin_of_gltf_is_baked_to_vertices(gltf):
     frames = tube.vertex_positions.reshape(3, 12, 3)
     for angle, frame in zip(ANGLES, frames, strict=True):
         wanted = z_up(bent(angle))
-        # The tolerance allows for rotations in single precision. Equal weights of 128 become 1/2.
+        # The tolerance allows for rotations in single precision. The reader scales two weights of
+        # 128 to 1/2 each.
         distance = np.linalg.norm(frame[:, None] - wanted[None], axis=2).min(1)
         assert distance.max() < 1e-6 and len(np.unique(np.round(frame, 4), axis=0)) == 12
     between = ls.obstacles.baked(gltf, rate=4.0).vertex_positions.reshape(5, 12, 3)[1]

@@ -178,7 +178,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
     # The knit is limp and strains by more than 2 % if its limits allow it. The test compares means
-    # of sixteen specimens, because the numbers of folds of single ones differ by 1 on average.
+    # of sixteen specimens, because individual specimens differ by one fold on average.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (

@@ -1,5 +1,5 @@
-"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures. Force
-against distance and torque against angle, and a plot of forces.
+"""Field lines: known shapes, seeds that share the flux equally, ends on bodies, and pictures. Also
+tests forces over distance, torques over angle, and a plot of forces.
 """
 
 import loomstone as ls

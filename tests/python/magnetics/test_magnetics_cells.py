@@ -69,7 +69,7 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         for found, sign in ((on_1.torque, torque1), (on_2.torque, torque2)):
             assert np.sign(round(found[2] / (0.01 * small))) == sign, (name, engine)
             assert np.abs(found[:2]).max() < 0.01 * small
-        # Magnets of a single cell act as dipoles, (6.10) and (6.11).
+        # Magnets of a single cell exert the forces (6.10) and torques (6.11) of dipoles.
         if density == 1e3:
             forces, torques = M.dipole_forces([a.position, b.position], [a.moment, b.moment])
             assert np.allclose(
@@ -191,8 +191,8 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
         # Opposite forces prove little, because one may be computed as the negative of the other.
-        # Therefore, if the bodies do not overlap, force and torque on a are compared with a direct
-        # sum over both fronts.
+        # Therefore, if the bodies do not overlap, force and torque on `a` are compared with a
+        # direct sum over both fronts.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)

@@ -177,7 +177,7 @@ def test_far_fields_lose_no_digits(name):
         volume = np.pi * (0.01**2 - inner**2) * 0.013
     moments = share[:, None] * volume * np.array(J) / M.MU0
     # The points are at 1 to 1e4 times the size of the body. Meshes switch to a multipole expansion
-    # at 4 radii, and cylinders have another formula for distant points and near the axis.
+    # at 4 radii, and cylinders use the midpoint rule for points that are distant or near the axis.
     for distance in (
         0.05,
         0.1,

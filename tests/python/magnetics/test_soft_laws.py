@@ -105,7 +105,8 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    # The image assumes an infinite plate. The plate is at least five times as wide as the magnet.
+    # The image assumes an infinite plate. The plate of the scene is at least five times as wide as
+    # the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
     # Without `focus`, the panels opposite the edges of the magnet's pole are few and large, so the
     # tolerance is larger.
@@ -142,7 +143,7 @@ def test_a_soft_body_cut_in_two_is_attracted_like_the_whole():
 
 
 def stiffness_sum(bodies_at, place, step=1e-5):
-    """Divergence of the force bodies_at(position) with respect to position, at `place` [N/m]."""
+    """Divergence [N/m] of the force bodies_at(position) with respect to position, at `place`."""
     total = 0.0
     for axis in np.eye(3):
         total += (

@@ -1,4 +1,6 @@
-"""Soft spheres with few harmonics, errors of forces on dipoles, and arguments that are named."""
+"""Soft spheres with few harmonics, estimated errors of forces between dipoles and iron, and error
+messages that name the wrong argument.
+"""
 
 import loomstone as ls
 import numpy as np
@@ -12,7 +14,8 @@ RADIUS = 0.004
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 8])
 @pytest.mark.parametrize("z", [0.0113, 0.025])
 def test_the_moment_of_a_single_sphere_does_not_depend_on_the_degree(degree, z):
-    # The moment is that of a dipole in the field at the centre, because the field is harmonic.
+    # The moment follows from the field at the centre alone, because the magnet's field is harmonic,
+    # so that its mean over the sphere is its value at the centre.
     sphere = m.soft_sphere(radius=RADIUS, susceptibility=1000, degree=degree).moved((0, 0, z))
     moment = m.induce(sphere, by=MAGNET).bodies[0].moment[2]
     share = 4 * np.pi * RADIUS**3 / m.MU0 * 1000 / 1003
@@ -20,7 +23,11 @@ def test_the_moment_of_a_single_sphere_does_not_depend_on_the_degree(degree, z):
 
 
 def force_in_scene(*more, **of_sphere):
-    """Force on a soft sphere 11.3 mm above the magnet in a scene [N]."""
+    """Vertical force [N] on a soft sphere in a scene, with its centre 11.3 mm above the magnet's.
+
+    more : further magnets of the scene
+    of_sphere : arguments of soft_sphere()
+    """
     ball = ls.meshes.sphere(radius=RADIUS, subdivisions=1)
     base = ls.obstacles.mesh(ls.meshes.box(size=(1e-3,) * 3), name="base", centre=(0, 0, -0.1))
     sphere = m.soft_sphere(radius=RADIUS, susceptibility=1000, **of_sphere)

@@ -17,8 +17,8 @@ FRAMES = (
 
 
 def write(kind, folder):
-    """Writes the frames as files of the given kind. Returns the path and the further arguments with
-    which the files are read.
+    """Writes the frames as files of the given kind. Returns their path (for "obj", a pattern) and
+    the other arguments with which `ls.obstacles.sequence` reads them.
     """
     path = folder / f"ball.{kind}"
     if kind == "obj":

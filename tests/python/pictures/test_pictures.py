@@ -28,7 +28,7 @@ def scene():
 
 
 def simulate(scene, out, duration=0.16, **options):
-    """Simulates with long steps and writes a run, which has 5 frames by default."""
+    """Simulates with long steps, writes a run (by default with 5 frames) and returns its report."""
     return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=8e-3), threads=1).run(
         out=out, duration=duration, **options
     )
@@ -36,7 +36,7 @@ def simulate(scene, out, duration=0.16, **options):
 
 @pytest.fixture(scope="module")
 def drawn(scene, tmp_path_factory):
-    """A run whose pictures were drawn during the simulation."""
+    """Directory of a run whose pictures were drawn during the simulation."""
     out = tmp_path_factory.mktemp("drawn") / "run"
     simulate(scene, out, render=FIT)
     return out

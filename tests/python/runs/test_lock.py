@@ -57,7 +57,7 @@ def made(scene, euler):
 
 
 def idle(_):
-    """A control function that does nothing, in place of one that interrupted the run."""
+    """A control function that does nothing. A run that has had one is not resumed without one."""
 
 
 def names(directory):

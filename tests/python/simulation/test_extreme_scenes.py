@@ -32,8 +32,8 @@ def gives_way(cells: int, hung: bool, start: int) -> bool:
         assert report.contacts.intersections == 0
         assert report.contacts.unresolved == 0
         assert report.withheld.motion <= 0.2 * report.withheld.requested
-    # The number of iterations is not checked for 18 cells: in the hung case, one step takes many
-    # times the median.
+    # The number of iterations is not checked for 18 cells: in the hung case, steps from some starts
+    # take more than 20 times the median (docs/experiments/contacts.md).
     even = cells == 18 or max(iterations) <= 20 * np.median(iterations)
     return even and recovered < 0.2 and report.strain.stretch < 1.25
 
@@ -48,7 +48,7 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
 
 
 def test_a_fine_hung_curtain_gives_way_from_most_starts() -> None:
-    # From two of nine starts, the pins hook into the curtain (docs/known_limits.md).
+    # From some starts, the pins hook into the curtain (docs/known_limits.md).
     assert sum(gives_way(20, True, start) for start in range(3)) >= 2
 
 
@@ -136,8 +136,8 @@ def test_a_tight_sleeve_stretches_only_around_the_capsule(step: float | Literal[
     # these strains in single steps, so medians over the steps are tested.
     assert np.median(weft) < 0.07
     assert np.median(warp) < 0.02
-    # The motion takes 34,000 iterations, and 12,000 without limits. If the limit phases worked
-    # against the capsule, it would take millions.
+    # The motion takes up to 34,000 iterations, and up to 12,000 without limits. If the limit phases
+    # worked against the capsule, it would take millions.
     assert iterations < 100_000
 
 
@@ -218,7 +218,7 @@ def test_pins_that_shear_stiff_cloth_slowly_do_not_shorten_steps() -> None:
     sim = ls.Simulation(ls.Scene(cloths=[sheet], gravity=(0, 0, 0)), threads=1)
     while sim.time < 1.0:
         sim.step()
-    # The work of the pins is a million times the kinetic energy, so even a small error of this work
+    # The work of the pins is 8 million times the kinetic energy, so even a small error of this work
     # exceeds the kinetic energy. This error must not count as a gain of energy.
     assert sim.step_index < 120
 
@@ -231,7 +231,7 @@ def test_magnets_hold_the_cloth_between_them(polarization: float) -> None:
         assert sim.report.contacts.intersections == 0
         assert sim.report.account.balance < 0.02
         north, south = sim.body_centres
-        # The contacts with the cloth must not throw the magnets, which are 6 mm thick, apart.
+        # The magnets are 6 mm thick. Their contacts with the cloth must not throw them apart.
         assert sim.time < 0.1 or np.linalg.norm(north - south) < 0.006 + 0.015
 
 
@@ -312,9 +312,10 @@ def test_a_vertex_away_from_its_point_on_a_body_is_not_thrown_back_in_short_step
         assert np.linalg.norm(sim.velocities, axis=1).max() < 2.0
 
 
-# At a stretch of 3, a membrane is 13 times as stiff as at rest, and up to 17 times if it is
-# stretched along both axes. The stable step is then 3.6 to 4.1 times shorter. The automatic step is
-# half the stable step at rest. With a margin of a tenth, it must be divided into three parts.
+# At a stretch of 3, a membrane is estimated to be 13 times as stiff as at rest, or 17 times if it
+# is stretched along both axes. By this estimate, the stable step is 3.6 or 4.1 times shorter than
+# at rest. The automatic step is half the stable step at rest. With a margin of a tenth, it must be
+# divided into three parts.
 @pytest.mark.parametrize(("poisson", "n_axes"), [(0.0, 1), (0.9, 2), (-0.5, 2)])
 def test_automatic_explicit_steps_follow_the_stiffness_of_stretched_cloth(
     poisson: float, n_axes: int

@@ -34,8 +34,8 @@ def test_a_turntable_works_on_a_disc_only_until_the_disc_turns_with_it(integrato
     while sim.time < 1.45:
         sim.step()
     late = sim.report
-    # Sliding dissipates as much energy as the disc gains, so the table does twice that work. The
-    # work on contacts that creep adds some of that energy per second.
+    # Sliding dissipates as much energy as the disc gains, so the work of the table is twice this
+    # energy. Afterwards, contacts creep, and the table works a little on them.
     gained = late.energy.kinetic
     assert gained == pytest.approx(early.energy.kinetic, rel=0.01)
     assert early.account.scripts == pytest.approx(2 * gained, rel=0.1)
@@ -55,5 +55,5 @@ def test_friction_stops_a_sliding_sheet_and_takes_its_kinetic_energy(integrator)
         sim.step()
     kinetic = 0.5 * 0.04 * cloth.material.density * 1.0**2
     assert sim.report.energy.kinetic < 1e-3 * kinetic
-    # The sheet also lands, from 0.6 mm, and implicit Euler removes a few per cent.
+    # The sheet also falls by 0.3 mm, and implicit Euler removes a few per cent of the energy.
     assert sim.report.account.friction == pytest.approx(kinetic, rel=0.04)

@@ -1,4 +1,4 @@
-// Tests of asynchronous steps in simulations: contacts, strain limits, checkpoints, refusals.
+// Tests of asynchronous steps in simulations: contacts, strain limits, checkpoints and refusals.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>

@@ -47,7 +47,7 @@ RigidBody cube(const Vec3& position) {
   return body;
 }
 
-// Returns the largest absolute energy balance (AccountReport::balance) within 0.4 s [1].
+// Returns the largest absolute energy balance [1] (AccountReport::balance) within 0.4 s.
 double imbalance(const Scene& scene, const IntegratorOptions& options) {
   Simulation sim(scene, options, 1);
   double most = 0.0;
@@ -208,7 +208,7 @@ TEST_CASE("strain limits account for the energy that their sweeps take") {
   scene.gravity.setZero();
   scene.collisions = false;
   scene.limits.strain_rate = 0.0;
-  // Returns the energy after the step and the report.
+  // Takes one step. Returns the energy after it and the report.
   const auto step = [&] {
     Simulation sim(scene, step_of(1e-4, "symplectic-euler"), 1);
     sim.step();

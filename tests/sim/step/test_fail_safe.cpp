@@ -320,5 +320,5 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
     REQUIRE(sim.report().contacts.unresolved == 0);
     REQUIRE(sim.intersecting_pairs().empty());
   }
-  CHECK(sim.report().strain.stretch < 2.0);  // measured 1.73
+  CHECK(sim.report().strain.stretch < 2.0);  // measured 1.61
 }

@@ -1,4 +1,5 @@
-// Tests of automatic steps: their length in impacts, their stability, frames, checkpoints, targets.
+// Tests of automatic steps: their length in impacts, their stability, frames, checkpoints and
+// targets.
 #include <catch2/catch.hpp>
 
 #include "core/mesh/generators.h"

@@ -82,8 +82,8 @@ Fall fall(const Scene& scene, const IntegratorOptions& options, double duration)
   return found;
 }
 
-// Returns the time that a flat sheet pinned at two corners takes to swing down until its free edge
-// is vertically below the pins [s]. The time is interpolated linearly between two steps. It is
+// Returns the time [s] that a flat sheet pinned at two corners takes to swing down until its free
+// edge is vertically below the pins. The time is interpolated linearly between two steps. It is
 // infinite if the sheet takes more than 1.5 s.
 double time_to_bottom(double stiffness, double density, const IntegratorOptions& options) {
   const Index cells = 12;

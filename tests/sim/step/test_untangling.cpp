@@ -55,7 +55,7 @@ Scene crossed(int cells, int start) {
   return scene;
 }
 
-// Takes steps until nothing intersects. Returns their number, or -1 if `most` are not enough.
+// Takes steps until nothing intersects. Returns their number, or -1 if `most` steps are not enough.
 int come_apart(Simulation& sim, int most) {
   for (int i = 1; i <= most; ++i) {
     sim.step();

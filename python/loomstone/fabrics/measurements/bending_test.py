@@ -1,6 +1,6 @@
 """The cantilever test of bending (ASTM D1388, option A) [Peirce1930].
 
-A strip 25 mm wide projects from a clamp and bends under its weight, w = density * g per area. The
+A strip 25 mm wide projects from a clamp and bends under its weight per area, w = density * g. The
 overhang l is the length at which the chord from clamp to tip is inclined by 41.5 degrees. The
 standard defines the bending length c = l / 2 and the rigidity w c^3. The reference solution is the
 elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
@@ -125,8 +125,9 @@ def overhang_of_elastica(chord_degrees: float) -> float:
     (B / w)^(1/3) [1].
 
     B is the bending rigidity [N m], and w is the weight per area [N/m^2]. In these units, the
-    inclination satisfies theta'' = -u cos(theta), where u is the arc length from the free end. The
-    boundary conditions are theta' = 0 at the free end and theta = 0 at the clamp.
+    inclination theta of the elastica satisfies theta'' = -u cos(theta), where u is the arc length
+    from the free end. The boundary conditions are theta' = 0 at the free end and theta = 0 at the
+    clamp.
 
     Raises InvalidInput for an angle outside (0, 88) degrees.
 

@@ -217,7 +217,11 @@ def chosen(names: str) -> list[str]:
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """Checks and returns the parameters given by -p: `triangles` of a specimen, and `specimens`."""
+    """Checks and returns the parameters given by the option -p.
+
+    They are `triangles`, the number of triangles of a specimen, and `specimens`, the number of
+    draped specimens. Raises InvalidInput for another parameter or a number out of range.
+    """
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")

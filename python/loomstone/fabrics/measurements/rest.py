@@ -25,10 +25,11 @@ class Rest:
     at_rest : whether both conditions of bring_to_rest() were met
     time : simulated time of this call [s]
     stops : number of times that velocities were set to zero
-    energy_ratio : largest kinetic energy in the last window of time that ended, relative to the
-        largest from the start to its end [1]; 1 if no window has ended
-    drift : displacement over this window of the vertex that moved most [m]; inf if no window has
-        ended
+    energy_ratio : largest kinetic energy in the last completed window of time, relative to the
+        largest from the start of the call to the end of this window [1]; 1 if no window was
+        completed
+    drift : displacement over this window of the vertex that moved most [m]; inf if no window was
+        completed
     """
 
     at_rest: bool
