@@ -24,13 +24,18 @@ constexpr double expected_in_steps = 0.7;
 // Length of a repeated part, as a fraction of the length that the error allows.
 constexpr double safety = 0.8;
 // Largest ratios of the lengths of an automatic step and the preceding one: without contacts, with
-// contacts, and after contacts that created energy have shortened steps (see
+// contacts or much damping, and after contacts that created energy have shortened steps (see
 // ClothState::settled_step). Our choice.
-constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0;
+constexpr double growth = 1.5, slow_growth = 1.25, growth_to_settled = 2.0;
 // Largest Damping::rate in automatic steps of implicit Euler [1/s], if the accuracy is 1. Our
 // choice. This bound does not shorten steps below three tenths of the largest step, because other
 // motion, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
+// Steps whose Damping::rate exceeds this fraction of the bound grow by at most
+// `slow_growth`. Our choice: Damping::rate shows the energy of vibrations that long steps excite
+// only one or two steps later. At the faster growth, the lengths of steps oscillate between 3 and
+// 10 ms in swings of soft sheets, which lose up to a third of their energy on the way down.
+constexpr double slow_growth_share = 0.1;
 // Tolerated product of Damping::rate and the length of a part, in steps of given length with an
 // accuracy of 1. Parts are not divided for this if they are shorter than the second number times
 // Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
@@ -135,6 +140,7 @@ void expect_step(double largest, const SteppedState& start, double h, const Near
                  Engines& engines, State& state) {
   if (!engines.error) return;
   double& next = state.cloth.expected_step;  // the length that the error of the last part allows
+  bool grows_slowly = !state.contacts.anchors.empty();
   if (engines.integrator->damps()) {
     double rate = 0.0;
     for (const Damping& damping :
@@ -142,12 +148,11 @@ void expect_step(double largest, const SteppedState& start, double h, const Near
       rate = std::max(rate, damping.rate);
     const double tolerated = dissipation_tolerance * *engines.accuracy;
     next = std::min(next, std::max(0.3 * largest, h * tolerated / std::max(rate, 1e-300)));
+    grows_slowly = grows_slowly || rate > slow_growth_share * tolerated;
   }
   double& settled = state.cloth.settled_step;
   if (h >= settled || next <= growth_to_settled * h) settled = 0.0;
-  const double factor = settled > 0.0                    ? growth_to_settled
-                        : state.contacts.anchors.empty() ? growth
-                                                         : growth_in_contact;
+  const double factor = settled > 0.0 ? growth_to_settled : grows_slowly ? slow_growth : growth;
   next = std::min(next, factor * h);
   if (!near.forced.empty()) next = std::min(next, share_when_forced * largest);
 }
