@@ -73,6 +73,10 @@ Vector movable(const CollisionModel& model) {
 // the motion needs.
 constexpr int steps_before = 3;
 
+void require_repetitions(int repetitions) {
+  if (repetitions < 1) fail<InvalidInput>("repetitions must be at least 1, got {}", repetitions);
+}
+
 // Approximate mean number of steps between the measurement of costs and a dynamic search that uses
 // them.
 constexpr int steps_before_deal = 4;
@@ -189,7 +193,7 @@ std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch&
 RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition decomposition,
                                        int repetitions) const {
   if (n_ranks < 1) fail<InvalidInput>("ranks must be at least 1, got {}", n_ranks);
-  if (repetitions < 1) fail<InvalidInput>("repetitions must be at least 1, got {}", repetitions);
+  require_repetitions(repetitions);
   if (decomposition == Decomposition::Predicted)
     fail<Unsupported>("the decomposition must be static or dynamic, got predicted");
   const Data& d = *data_;
@@ -203,7 +207,7 @@ RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition
 }
 
 CollisionReplay::Lists CollisionReplay::measure_lists(int repetitions) const {
-  if (repetitions < 1) fail<InvalidInput>("repetitions must be at least 1, got {}", repetitions);
+  require_repetitions(repetitions);
   const Data& d = *data_;
   const Points motion = d.record.x1 - d.record.x0;
   const double clock = clock_seconds();
@@ -231,6 +235,7 @@ std::vector<double> CollisionReplay::perform(Search search, const Execution& exe
                                              int repetitions) const {
   if (execution.decomposition == Decomposition::Predicted)
     fail<Unsupported>("the decomposition must be static or dynamic, got predicted");
+  require_repetitions(repetitions);
   const Data& d = *data_;
   SharedSearch shared(d.model, d.pairs, d.boxes, execution.decomposition, execution.communicator);
   shared.set_traversal(execution.traversal);

@@ -60,6 +60,8 @@ def test_predicted_searches_cut_lists_by_the_costs_of_a_step_before(recorded):
         contacts.replay(0)
     with pytest.raises(ls.InvalidInput, match="repetitions must be at least 1"):
         motion.lists(repetitions=0)
+    with pytest.raises(ls.InvalidInput, match="repetitions must be at least 1"):
+        motion.perform(impacts=True, repetitions=0)
 
 
 def test_more_ranks_take_less_time_and_exchange_results(recorded):
