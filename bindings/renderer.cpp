@@ -137,10 +137,13 @@ void bind_renderer(py::module_& m) {
         "Default colour of a body or obstacle in linear RGB (3), by its index.");
   m.def("shown_color", &shown_color, py::arg("look"), py::arg("otherwise"),
         "Colour of a look in linear RGB (3), or `otherwise` if the look has none.");
-  py::class_<CameraFit>(m, "CameraFit",
-                        "Finds a camera that shows cloth, bodies and obstacles of several frames "
-                        "as large as possible. Floors and hidden bodies are left out. The "
-                        "direction of view is that of the camera of the options.")
+  m.def("legend_width", &legend_width, py::arg("height"),
+        "Width that the legend of a field takes at the right edge of a picture [pixels].");
+  py::class_<CameraFit>(
+      m, "CameraFit",
+      "Finds a camera that shows cloth, bodies and obstacles of several frames "
+      "as large as possible beside the legend. Floors and hidden bodies are left out. The "
+      "direction of view is that of the camera of the options.")
       .def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
            py::arg("options"))
       .def("include", &CameraFit::include, py::arg("frame"),

@@ -17,6 +17,7 @@
 #include "core/base/keyframes.h"
 #include "core/base/message.h"
 #include "renderer/check.h"
+#include "renderer/scalar_field.h"
 #include "renderer/visible.h"
 
 namespace loomstone {
@@ -134,9 +135,12 @@ std::vector<Vec3> box_corners(const Framing& framing) {
   return corners;
 }
 
-// Moves the eye as close to the points as the margins permit, and centres the points in the
-// picture.
-void fit(const Camera& camera, const Framing& framing, View& view) {
+// Fraction of the width that points may fill if a legend takes the fraction `legend` of it.
+double margin_beside(double legend) { return std::min(margin, 0.99 - 2.0 * legend); }
+
+// Moves the eye as close to the points as the margins and a legend permit, and centres the points
+// in the picture.
+void fit(const Camera& camera, const Framing& framing, double legend, View& view) {
   const Support support(camera, framing);
   const std::vector<Vec3> points = framing.points.empty() ? box_corners(framing) : framing.points;
   const auto most = [&](const Vec3& axis, double slope) {
@@ -151,7 +155,7 @@ void fit(const Camera& camera, const Framing& framing, View& view) {
   const auto depth_of = [](const std::array<double, 2>& largest, double slope) {
     return -(largest[0] + largest[1]) / (2.0 * slope);
   };
-  const double slope_x = margin * view.tangent_x, slope_y = margin * view.tangent_y;
+  const double slope_x = margin_beside(legend) * view.tangent_x, slope_y = margin * view.tangent_y;
   const double depth = std::min(depth_of(most(view.right, slope_x), slope_x),
                                 depth_of(most(view.up, slope_y), slope_y));
   Vec3 eye = depth * view.forward;
@@ -214,16 +218,26 @@ Framing make_framing(const FrameTopology& topology, const Frame& first) {
   return framing;
 }
 
+double legend_width(int height) { return 5.7 * std::max(11.0, 0.026 * height); }
+
+double legend_share(const RenderOptions& options) {
+  const std::vector<std::string> rows = names_in(options.color_by);
+  if (std::all_of(rows.begin(), rows.end(), [](const auto& row) { return row == "cloth"; }))
+    return 0.0;
+  return std::min(0.3, legend_width(options.height) / options.width);
+}
+
 Vec3 viewing_direction(const Camera& camera) {
   const Vec3 given = camera.eye - camera.target;
   return given.norm() > 0.0 ? Vec3(given.normalized()) : Vec3(0.62, -1.0, 0.44).normalized();
 }
 
-View make_view(const Camera& camera, double aspect, const Framing& framing, double time) {
+View make_view(const Camera& camera, double aspect, const Framing& framing, double time,
+               double legend) {
   const Sight here = sight(camera, time);
   View view = aimed(camera, aspect, here);
   if (camera.times.empty()) view.eye = camera.eye;
-  if (fits(camera)) fit(camera, framing, view);
+  if (fits(camera)) fit(camera, framing, legend, view);
   if (camera.turn != 0.0)
     turn(fits(camera) ? framing.centre() : here.target, camera.up, camera.turn * time * pi / 180.0,
          view);
@@ -237,6 +251,7 @@ CameraFit::CameraFit(const FrameTopology& topology, const RenderOptions& options
     : topology_(checked(topology, options)),
       camera_(options.camera),
       aspect_(static_cast<double>(options.width) / options.height),
+      legend_(legend_share(options)),
       framing_(nothing()) {
   require(camera_.times.empty(),
           "a camera with keyframes cannot be fitted; leave out its times, or the fit");
@@ -259,9 +274,9 @@ void CameraFit::include(const Frame& frame) {
   const Support support(camera_, framing_);
   std::vector<Vec3> outermost;
   const View view = aimed(camera_, aspect_, sight(camera_, 0.0));
-  for (const auto& [axis, tangent] :
-       {std::pair(view.right, view.tangent_x), std::pair(view.up, view.tangent_y)})
-    for (const Vec3& functional : functionals(axis, view.forward, margin * tangent))
+  for (const auto& [axis, slope] : {std::pair(view.right, margin_beside(legend_) * view.tangent_x),
+                                    std::pair(view.up, margin * view.tangent_y)})
+    for (const Vec3& functional : functionals(axis, view.forward, slope))
       outermost.push_back(*std::max_element(
           framing_.points.begin(), framing_.points.end(), [&](const Vec3& a, const Vec3& b) {
             return support.value(functional, a) < support.value(functional, b);
@@ -270,7 +285,7 @@ void CameraFit::include(const Frame& frame) {
 }
 
 Camera CameraFit::camera() const {
-  const View view = make_view(camera_, aspect_, framing_);
+  const View view = make_view(camera_, aspect_, framing_, 0.0, legend_);
   Camera fitted = camera_;
   fitted.fit = false;
   fitted.eye = view.eye;

@@ -114,9 +114,9 @@ void check_options(const RenderOptions& options, int most_samples, int most_pixe
   std::vector<std::string> fields = {"cloth"};
   fields.insert(fields.end(), scalar_field_names().begin(), scalar_field_names().end());
   for (const std::string& row : names_in(options.color_by)) check_name("color_by", row, fields);
-  if (options.color_low > options.color_high)
-    fail<InvalidInput>("render.color_low must be at most color_high, got {} and {}; exchange them",
-                       options.color_low, options.color_high);
+  if (options.color_low && options.color_high && !(*options.color_low < *options.color_high))
+    fail<InvalidInput>("render.color_low must be less than color_high, got {} and {}",
+                       *options.color_low, *options.color_high);
   if (!options.light_direction.allFinite() || options.light_direction.norm() == 0.0)
     throw InvalidInput("render.light_direction must be finite and not zero");
   check_camera(options.camera);

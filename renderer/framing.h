@@ -25,8 +25,14 @@ struct Framing {
 // pinned at one side falls that far.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
-// Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible.
-// Floors and hidden bodies are left out.
+// Returns the width that the legend of a field takes at the right edge of a picture [pixels].
+double legend_width(int height);
+// Returns this width as a fraction of the width of the picture, at most 0.3, or 0 if no field is
+// drawn.
+double legend_share(const RenderOptions& options);
+
+// Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible
+// beside the legend. Floors and hidden bodies are left out.
 class CameraFit {
  public:
   // Throws InvalidInput for an invalid topology or options, or if the camera has keyframes.
@@ -39,7 +45,7 @@ class CameraFit {
  private:
   FrameTopology topology_;
   Camera camera_;
-  double aspect_;
+  double aspect_, legend_;  // see make_view()
   Framing framing_;  // with the box of the first frame; a turn is about the centre of this box
 };
 

@@ -31,7 +31,9 @@ std::vector<UvBox> uv_boxes(const Points2& corner_uv, const std::vector<Index>& 
   return boxes;
 }
 
-GlObject make_image_texture(const GL& gl, const TextureImage& image) {
+// Makes a texture that repeats an image or, if `wrap` is GL_CLAMP_TO_EDGE, continues the colours of
+// its edges.
+GlObject make_image_texture(const GL& gl, const TextureImage& image, GLint wrap) {
   gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
   GlObject texture = make_texture(gl, {.format = GL_SRGB8_ALPHA8,
                                        .width = image.width,
@@ -42,8 +44,8 @@ GlObject make_image_texture(const GL& gl, const TextureImage& image) {
                                        .pixel_type = GL_UNSIGNED_BYTE});
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 1000);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_REPEAT);
+  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, wrap);
+  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, wrap);
   gl.GenerateMipmap(GL_TEXTURE_2D);
   return texture;
 }
@@ -75,9 +77,10 @@ void Material::set(const Program& program, int texture_unit) const {
 
 Materials::Materials(const GL& gl, const FrameTopology& topology) {
   const std::size_t n_cloths = topology.cloth_names.size(), n_bodies = topology.body_names.size();
-  const auto add = [&](const Look& look, const UvBox& box, Material& material) {
+  const auto add = [&](const Look& look, const UvBox& box, bool endless, Material& material) {
     if (!look.texture) return;
-    textures_.push_back(make_image_texture(gl, *look.texture));
+    const GLint wrap = look.texture_width > 0.0 || endless ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+    textures_.push_back(make_image_texture(gl, *look.texture, wrap));
     material.texture = textures_.back().name();
     place_texture(look, box, material);
   };
@@ -92,7 +95,7 @@ Materials::Materials(const GL& gl, const FrameTopology& topology) {
     const double area = cloth_boxes[i].size().prod();
     if (std::isfinite(area) && area > 0.0)
       material.pattern_size = static_cast<float>(std::sqrt(area));
-    add(look, cloth_boxes[i], material);
+    add(look, cloth_boxes[i], false, material);
   }
   const std::vector<UvBox> body_boxes =
       uv_boxes(topology.body_corner_uv, topology.body_of_triangle, n_bodies);
@@ -103,7 +106,7 @@ Materials::Materials(const GL& gl, const FrameTopology& topology) {
     material.front = material.back = shown_color(look, body_color(i));
     material.own_color = look.color || look.texture;
     material.roughness = static_cast<float>(look.roughness.value_or(body_roughness));
-    if (has_look) add(look, body_boxes[i], material);
+    if (has_look) add(look, body_boxes[i], topology.body_is_floor[i], material);
   }
 }
 

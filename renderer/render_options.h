@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,8 +71,8 @@ struct RenderOptions {
   ClothPattern pattern = ClothPattern::Weave;
   std::string color_by =
       "cloth";  // "cloth" or a scalar field; fields joined by + become rows of the picture
-  double color_low = 0.0, color_high = 0.0;  // if equal: automatic; see color_range()
-  std::string color_map = "viridis";         // its colours are an argument of Renderer
+  std::optional<double> color_low, color_high;  // empty: automatic; see color_range()
+  std::string color_map = "viridis";            // its colours are an argument of Renderer
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   Background background = Background::Backdrop;
@@ -95,10 +96,10 @@ struct RenderOptions {
             "of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is "
             "U - I, as in limits; fields joined by + are drawn one below another"),
         field("color_low", &O::color_low, "1", unlimited(),
-              "value at the low end of the colour map"),
+              "value at the low end of the colour map; None: the smallest value of all frames that "
+              "are drawn together"),
         field("color_high", &O::color_high, "1", unlimited(),
-              "value at the high end of the colour map; if equal to color_low, colours span the "
-              "values of all frames drawn together"),
+              "value at the high end of the colour map; None: the largest value of these frames"),
         field("color_map", &O::color_map,
               "colour map: a name of matplotlib, such as viridis, magma, cividis or RdBu_r, or "
               "diverging, which is coolwarm; diverging maps are centred on the neutral value"),

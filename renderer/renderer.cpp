@@ -46,7 +46,7 @@ struct Renderer::Data {
   void fit(const Frame& first);
   View view(double time) const {
     return make_view(options.camera, static_cast<double>(options.width) / options.height, *framing,
-                     time);
+                     time, legend_share(options));
   }
   ColorRange shown_range(const std::string& row, const std::array<Vector, 2>& fields,
                          const ColorRange* values) const {

@@ -96,16 +96,21 @@ ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fiel
 
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging) {
-  if (options.color_low != options.color_high) return {options.color_low, options.color_high};
   ColorRange range = values;
-  if (row == "contact") return range;
-  if (diverging) {
-    const double neutral = row == "stretch" ? 1.0 : 0.0;
-    const double reach = std::max(neutral - range.low, range.high - neutral);
-    range = {neutral - reach, neutral + reach};
+  const auto least = [](double value) { return 1e-6 * std::max(1.0, std::abs(value)); };
+  if (row != "contact") {
+    if (diverging) {
+      const double neutral = row == "stretch" ? 1.0 : 0.0;
+      const double reach = std::max(neutral - range.low, range.high - neutral);
+      range = {neutral - reach, neutral + reach};
+    }
+    // Rounding errors of equal values are not visible in a range of this width.
+    const double width = least(range.low);
+    if (range.high - range.low < width) range = {range.low - 0.5 * width, range.low + 0.5 * width};
   }
-  const double least = 1e-6 * std::max(1.0, std::abs(range.low));  // keeps rounding noise invisible
-  if (range.high - range.low < least) range = {range.low - 0.5 * least, range.low + 0.5 * least};
+  const auto &low = options.color_low, &high = options.color_high;
+  if (low) range = {*low, std::max(range.high, *low + least(*low))};
+  if (high) range = {low ? *low : std::min(range.low, *high - least(*high)), *high};
   return range;
 }
 

@@ -39,7 +39,7 @@ struct Look {
             "from the top; its transparent pixels show the color"),
         field("texture_width", &Look::texture_width, "m", non_negative(),
               "width of the image in uv, repeated in both directions from uv (0, 0); 0: the image "
-              "covers the box of the surface's uv once"));
+              "covers the box of the surface's uv once, and repeats only on floors"));
   }
 };
 

@@ -103,6 +103,7 @@ __all__: list[str] = [
     "intersecting_pairs",
     "jittered_grid",
     "launched_by_mpi",
+    "legend_width",
     "limit_strain",
     "magnetic_cell_front",
     "magnetic_cell_level",
@@ -837,7 +838,7 @@ class Look:
     color : (3) red, green and blue in sRGB, from 0 to 1, as image programs show them; None: chosen by the renderer
     roughness : roughness of the surface, 0: polished, 1: matt; None: 0.9 for cloth, 0.6 for others [1]; in [0, 1]
     texture : image on the surface: name of a file, or (height x width x 3 or 4) bytes, sRGB, rows from the top; its transparent pixels show the color
-    texture_width : width of the image in uv, repeated in both directions from uv (0, 0); 0: the image covers the box of the surface's uv once [m]; >= 0; default 0.0
+    texture_width : width of the image in uv, repeated in both directions from uv (0, 0); 0: the image covers the box of the surface's uv once, and repeats only on floors [m]; >= 0; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -890,7 +891,7 @@ class Look:
     @property
     def texture_width(self) -> float:
         """
-        width of the image in uv, repeated in both directions from uv (0, 0); 0: the image covers the box of the surface's uv once [m]; >= 0; default 0.0
+        width of the image in uv, repeated in both directions from uv (0, 0); 0: the image covers the box of the surface's uv once, and repeats only on floors [m]; >= 0; default 0.0
         """
 
 class FrameTopology:
@@ -3882,8 +3883,8 @@ class RenderOptions:
     samples : samples per pixel [1]; in [1, 16]; default 4
     pattern : pattern on cloth that has no texture: weave | checker | plain; default 'weave'
     color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
-    color_low : value at the low end of the colour map [1]; default 0.0
-    color_high : value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
+    color_low : value at the low end of the colour map; None: the smallest value of all frames that are drawn together [1]
+    color_high : value at the high end of the colour map; None: the largest value of these frames [1]
     color_map : colour map: a name of matplotlib, such as viridis, magma, cividis or RdBu_r, or diverging, which is coolwarm; diverging maps are centred on the neutral value; default 'viridis'
     wireframe : whether the edges of the cloth's triangles are drawn; default False
     shadows : whether soft shadows are drawn; default True
@@ -3925,8 +3926,8 @@ class RenderOptions:
         samples: typing.SupportsInt | typing.SupportsIndex = 4,
         pattern: typing.Literal["weave", "checker", "plain"] = "weave",
         color_by: str = "cloth",
-        color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        color_low: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        color_high: typing.SupportsFloat | typing.SupportsIndex | None = None,
         color_map: str = "viridis",
         wireframe: bool = False,
         shadows: bool = True,
@@ -3947,8 +3948,8 @@ class RenderOptions:
         samples: typing.SupportsInt | typing.SupportsIndex = ...,
         pattern: typing.Literal["weave", "checker", "plain"] = ...,
         color_by: str = ...,
-        color_low: typing.SupportsFloat | typing.SupportsIndex = ...,
-        color_high: typing.SupportsFloat | typing.SupportsIndex = ...,
+        color_low: typing.SupportsFloat | typing.SupportsIndex | None = ...,
+        color_high: typing.SupportsFloat | typing.SupportsIndex | None = ...,
         color_map: str = ...,
         wireframe: bool = ...,
         shadows: bool = ...,
@@ -3988,14 +3989,14 @@ class RenderOptions:
         cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
         """
     @property
-    def color_high(self) -> float:
+    def color_high(self) -> float | None:
         """
-        value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
+        value at the high end of the colour map; None: the largest value of these frames [1]
         """
     @property
-    def color_low(self) -> float:
+    def color_low(self) -> float | None:
         """
-        value at the low end of the colour map [1]; default 0.0
+        value at the low end of the colour map; None: the smallest value of all frames that are drawn together [1]
         """
     @property
     def color_map(self) -> str:
@@ -4071,7 +4072,7 @@ class Curves:
 
 class CameraFit:
     """
-    Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible. Floors and hidden bodies are left out. The direction of view is that of the camera of the options.
+    Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible beside the legend. Floors and hidden bodies are left out. The direction of view is that of the camera of the options.
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions) -> None: ...
     def camera(self) -> Camera:
@@ -4763,6 +4764,11 @@ def jittered_grid(
 def launched_by_mpi() -> bool:
     """
     True if an MPI launcher started this process as one of several ranks.
+    """
+
+def legend_width(height: typing.SupportsInt | typing.SupportsIndex) -> float:
+    """
+    Width that the legend of a field takes at the right edge of a picture [pixels].
     """
 
 def limit_strain(

@@ -53,6 +53,15 @@ TEST_CASE("an automatic range covers the values, a given one is kept, a divergin
   options.color_high = 2.0;
   CHECK(color_range(options, "strain_warp", values, false).low == -1.0);
   CHECK(color_range(options, "strain_warp", values, false).high == 2.0);
+  options.color_high.reset();
+  CHECK(color_range(options, "strain_warp", values, false).low == -1.0);
+  CHECK(color_range(options, "strain_warp", values, false).high == 0.04);
+  options.color_low = 0.1;  // more than all values
+  CHECK(color_range(options, "strain_warp", values, false).low == 0.1);
+  CHECK(color_range(options, "strain_warp", values, false).high > 0.1);
+  options.color_low.reset(), options.color_high = -0.5;  // less than all values
+  CHECK(color_range(options, "strain_warp", values, true).low < -0.5);
+  CHECK(color_range(options, "strain_warp", values, true).high == -0.5);
   const ColorRange narrow = color_range(RenderOptions{}, "stretch", {1.0, 1.0}, false);
   CHECK(narrow.low < 1.0);
   CHECK(narrow.high > 1.0);

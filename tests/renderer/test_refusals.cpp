@@ -57,8 +57,8 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
   refuses_options([](RenderOptions& o) { o.color_by = "speed"; },
                   "cloth, stretch, strain_weft, strain_warp");
   refuses_options([](RenderOptions& o) { o.color_by = "stretch+"; }, "contact, got ''");
-  refuses_options([](RenderOptions& o) { o.color_low = 2.0; },
-                  "color_low must be at most color_high");
+  refuses_options([](RenderOptions& o) { o.color_low = o.color_high = 2.0; },
+                  "color_low must be less than color_high, got 2 and 2");
   refuses_options([](RenderOptions& o) { o.color_high = not_a_number; }, "color_high");
   refuses_options([](RenderOptions& o) { o.hidden = "ball+wall"; },
                   "hidden must be ball or floor, got 'wall'");

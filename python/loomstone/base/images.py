@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,17 @@ __all__ = ["read_image"]
 def read_image(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     """Returns an image (height x width x 4): 8-bit RGBA, rows from the top.
 
+    Grey values of 16 bits are reduced to their high bytes.
+
     Raises InvalidInput if the file cannot be read as an image.
     """
     from PIL import Image, UnidentifiedImageError
 
     try:
         with Image.open(path) as image:
-            return np.asarray(image.convert("RGBA"))
+            deep = image.mode == "I" or image.mode.startswith("I;16")  # grey, 16 bits
+            shown = Image.fromarray(_high_bytes(image)) if deep else image
+            return np.asarray(shown.convert("RGBA"))
     except FileNotFoundError:
         raise InvalidInput(f"{path}: there is no such image; give the path of a file") from None
     except UnidentifiedImageError:
@@ -31,3 +36,8 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         told = " ".join(str(error).split())
         raise InvalidInput(f"{path}: the image cannot be read: {told}") from None
+
+
+def _high_bytes(image: Any) -> NDArray[np.uint8]:
+    values = np.asarray(image).astype(np.int64)
+    return (np.clip(values, 0, 65535) // 256).astype(np.uint8)

@@ -110,7 +110,8 @@ scene file. Existing pictures (PNG) are kept, so an interrupted rendering contin
 pictures in a directory have the same options; different ones require --out or --again. Single
 frames (--frame) are always drawn, into the directory of the run unless --out is given. Without
 a camera in the scene file, or with --fit, cloth and bodies of all frames drawn fill the
-picture. Colours without --color-low and --color-high span the values of all frames.
+picture. An end of the colour map without --color-low or --color-high has the smallest or the
+largest value of all frames.
 
 Strain is U - I, as for strain limits. strain_split shows weft on the left half of each cloth
 and warp on the right. contact is 1 in contact, and 2 where triangles were forced to intersect.
@@ -229,10 +230,19 @@ def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
         sight["field_of_view_degrees"] = given["fov"]
     if given["fit"]:
         sight["fit"] = True
+        if camera.times:
+            camera = _at_start(camera)
     camera = _upright(camera.replace(**sight))
     if "turntable" in given:
         camera = cameras.turntable(run, camera, degrees=given["turntable"])
     return camera
+
+
+def _at_start(camera: Camera) -> Camera:
+    """Returns the first keyframe of a camera, as a camera without keyframes."""
+    target = camera.targets[0] if len(camera.targets) else camera.target
+    none = np.empty((0, 3))
+    return camera.replace(eye=camera.eyes[0], target=target, times=[], eyes=none, targets=none)
 
 
 def _upright(camera: Camera) -> Camera:
@@ -251,4 +261,4 @@ def _chosen(run: Run, frames: list[int]) -> list[int] | None:
             raise InvalidInput(
                 f"--frame must be in [0, {len(run) - 1}], or count from the end, got {i}"
             )
-    return [i % len(run) for i in frames] or None
+    return list(dict.fromkeys(i % len(run) for i in frames)) or None

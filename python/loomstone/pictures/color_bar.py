@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .._core import legend_width
+
 __all__ = ["bar_labels", "bar_place", "draw_color_bar", "field_title"]
 
 Bytes = NDArray[np.uint8]
@@ -29,13 +31,14 @@ def bar_labels(low: float, high: float) -> list[tuple[float, str]]:
     span = high - low
     power = 10.0 ** math.floor(math.log10(span / 4.0))
     step = next((f * power for f in (1.0, 2.0, 5.0) if span / (f * power) <= 5.0), 10.0 * power)
-    decimals = max(0, math.ceil(-math.log10(step) - 1e-9))
+    decimals = math.ceil(-math.log10(step) - 1e-9)
     end_decimals = max(decimals, math.ceil(2.0 - math.log10(span) - 1e-9))
 
     def text(value: float, places: int) -> str:
-        if places > 5 or span >= 1e5:
-            return f"{value:.3g}"
-        return f"{value + 0.0:.{places}f}"
+        if places <= 5 and span < 1e5:
+            return f"{value + 0.0:.{max(0, places)}f}"
+        digits = places + 1 + (math.floor(math.log10(abs(value))) if value else 0)
+        return f"{value + 0.0:.{max(1, digits)}g}"
 
     def end_text(value: float) -> str:
         is_round = abs(value / step - round(value / step)) < 1e-6
@@ -57,7 +60,7 @@ def bar_place(width: int, height: int) -> tuple[int, int, int, int]:
     """Returns left and top edge, width and height of the coloured strip in a picture [pixels]."""
     size = _font_size(height)
     long, wide = max(2, int(0.42 * height)), max(2, int(0.9 * size))
-    return max(0, int(width - 5.7 * size)), (height - long) // 2, wide, long
+    return max(0, int(width - legend_width(height))), (height - long) // 2, wide, long
 
 
 def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], title: str) -> Bytes:

@@ -16,6 +16,7 @@ from .._core import CacheError, Camera, InvalidInput, RenderOptions
 __all__ = [
     "claim",
     "drawn_with",
+    "is_whole",
     "make_directory",
     "note_of",
     "options_from_dict",
@@ -23,6 +24,9 @@ __all__ = [
     "pictures_in",
     "write_note",
 ]
+
+# The last chunk of a PNG file: its length, its name and its checksum.
+_END = b"\0\0\0\0IEND\xaeB`\x82"
 
 
 def options_from_dict(values: dict[str, Any]) -> RenderOptions:
@@ -53,6 +57,16 @@ def write_note(directory: Path, note: dict[str, Any]) -> None:
     unfinished = directory / "unfinished-options.json"
     unfinished.write_text(json.dumps(note))
     unfinished.replace(directory / "options.json")
+
+
+def is_whole(path: Path) -> bool:
+    """Returns whether a picture (PNG) exists and has an end."""
+    try:
+        with path.open("rb") as file:
+            file.seek(-len(_END), 2)
+            return file.read() == _END
+    except OSError:  # there is no such file, or it is shorter
+        return False
 
 
 def pictures_in(directory: Path) -> list[Path]:

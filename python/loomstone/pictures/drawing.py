@@ -17,6 +17,7 @@ from ..base.arguments import takes
 from .cameras import fitted_camera
 from .directory import (
     claim,
+    is_whole,
     make_directory,
     note_of,
     options_from_dict,
@@ -51,8 +52,8 @@ def render_run(
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of frames to draw or redraw; None: all frames without pictures. With indices,
-        `out` defaults to the run's directory, and must not have pictures of a whole run.
+    frames : indices of frames to draw or redraw; None: all frames without complete pictures. With
+        indices, `out` defaults to the run's directory, and must not have pictures of a whole run.
     jobs : number of processes, 0: one per processor
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
@@ -81,7 +82,7 @@ def render_run(
     else:
         make_directory(directory)
     every = [(i, picture(directory, i)) for i in (range(len(run)) if frames is None else frames)]
-    missing = [(i, path) for i, path in every if frames is not None or not path.exists()]
+    missing = [(i, path) for i, path in every if frames is not None or not is_whole(path)]
     told = progress or (lambda _: None)
     told(len(every) - len(missing))
     jobs = max(1, min(jobs or _core.available_processors(), len(missing)))

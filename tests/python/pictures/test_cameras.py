@@ -66,6 +66,18 @@ def test_a_run_without_a_camera_fills_the_picture_by_default(run, tmp_path):
         assert np.array_equal(one, other)
 
 
+def test_a_fit_replaces_keyframes_by_the_direction_of_the_first(run, tmp_path):
+    file = tmp_path / "moving.json"
+    file.write_text(json.dumps({"times": [0, 1], "eyes": [[0, -9, 0], [9, 0, 0]]}))
+    still = tmp_path / "still.json"
+    still.write_text(json.dumps({"eye": [0, -9, 0]}))
+    for camera in (file, still):
+        out = tmp_path / camera.stem
+        assert render(run, "--camera", camera, "--fit", "--frame", 4, "--out", out)[0] == 0
+    one, other = (tmp_path / name / "frame-00004.png" for name in ("moving", "still"))
+    assert one.read_bytes() == other.read_bytes()
+
+
 def test_a_fitted_camera_keeps_its_direction_and_depends_on_the_frames(run):
     options = ls.RenderOptions(width=160, height=90, camera=ls.Camera(eye=(0, -1, 0)))
     camera = fitted_camera(run, options)

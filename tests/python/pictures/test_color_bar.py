@@ -35,17 +35,17 @@ def _sim():
 
 
 @pytest.mark.parametrize(
-    "limits", [(0, 1), (1.0, 1.55), (-0.2, 0.17), (1.0, 1.000002), (-3e3, 12e3)]
+    "limits",
+    [(0, 1), (1.0, 1.55), (-0.2, 0.17), (1.0, 1.000684), (1.0, 1.000002), (-3e3, 12e3), (1e6, 3e6)],
 )
 def test_labels_stand_where_their_numbers_are_and_never_collide(limits):
     low, high = limits
     labels = bar_labels(low, high)
     places = np.array([place for place, _ in labels])
     assert len(labels) >= 3 and np.all(np.diff(places) > 0.08)
-    if high - low > 1e-3:
-        values = np.array([float(text) for _, text in labels])
-        # The numbers in the labels are rounded by up to 0.005 of the range.
-        assert np.all(np.abs(values - low - places * (high - low)) <= 0.006 * (high - low))
+    values = np.array([float(text) for _, text in labels])
+    # The numbers in the labels are rounded by up to 0.005 of the range.
+    assert np.all(np.abs(values - low - places * (high - low)) <= 0.006 * (high - low))
 
 
 def test_labels_at_the_ends_have_enough_digits():
@@ -55,6 +55,7 @@ def test_labels_at_the_ends_have_enough_digits():
     ]
     assert bar_labels(-0.0413, 0.0413)[0][1] == "-0.0413"
     assert bar_labels(0.0, 3e7)[-1][1] == "3e+07"
+    assert bar_labels(1.0, 1.000684)[-1][1] == "1.000684"
 
 
 @pytest.mark.parametrize("channels", [3, 4])
@@ -88,3 +89,20 @@ def test_a_picture_of_a_field_has_a_legend_and_one_of_the_cloth_has_none():
     assert renderer.color_ranges(frame)[1] == pytest.approx((1.2, 1.2), rel=1e-5)
     again = ls.pictures.Renderer(sim.topology, options).render(frame)
     assert np.array_equal(again, renderer.render(frame))
+
+
+@pytest.mark.parametrize("size", [(320, 180), (1280, 720), (400, 400)])
+def test_a_fitted_picture_of_a_field_keeps_the_cloth_off_the_legend(size):
+    mesh = ls.grid(size=(1.0, 0.1), cells=(20, 2))
+    sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=mesh)]), threads=1)
+    width, height = size
+    look = ls.RenderOptions(width=width, height=height, color_by="stretch", samples=1)
+    look = look.replace(camera=ls.Camera(eye=(0.0, 0.0, 1.0), up=(0.0, 1.0, 0.0), fit=True))
+
+    def columns(options):
+        return np.flatnonzero(
+            (ls.pictures.Renderer(sim.topology, options).surfaces(sim.frame())[2] == 1).any(0)
+        )
+
+    assert width * 0.55 < np.ptp(columns(look)) and columns(look).max() < bar_place(*size)[0]
+    assert columns(look.replace(color_by="cloth")).max() > bar_place(*size)[0]

@@ -3,6 +3,7 @@
 import loomstone as ls
 import numpy as np
 import pytest
+from loomstone.base.images import read_image
 from loomstone.cli import app
 from PIL import Image
 from typer.testing import CliRunner
@@ -43,6 +44,21 @@ def test_a_texture_in_a_file_lies_on_the_cloth_by_its_uv(tmp_path):
             picture = drawn(ls.Look(texture=given))
             seen = [main_channel(picture, x, y) for y in (24, 72) for x in (24, 72)]
             assert seen == [0, 1, 2, 0]
+
+
+def test_grey_images_of_16_bits_keep_their_values(tmp_path):
+    grey = np.full((8, 8), 0x80FF, np.uint16)
+    for name in ("grey.png", "grey.tif"):
+        Image.fromarray(grey).save(tmp_path / name)
+        assert (read_image(tmp_path / name) == (128, 128, 128, 255)).all()
+
+
+def test_an_image_that_covers_the_cloth_once_does_not_wrap_at_the_border():
+    halves = np.zeros((8, 8, 3), np.uint8)
+    halves[:4, :, 0], halves[4:, :, 2] = 255, 255
+    once, repeated = (drawn(ls.Look(texture=halves, texture_width=w))[:, 48] for w in (0, 0.5))
+    assert (once[1:40, 0] > 2 * once[1:40, 2]).all() and (once[56:95, 2] > once[56:95, 0]).all()
+    assert repeated[1, 0] < 2 * repeated[1, 2]  # the last row of the image shines through
 
 
 def seen_on_floor(floor, x, y):

@@ -195,6 +195,15 @@ def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alon
     assert same(pictures(out / "frames"), pictures(tmp_path / "other"))
 
 
+def test_a_picture_without_an_end_is_drawn_again(drawn, tmp_path):
+    paths = render_run(ls.Run(drawn), FIT, out=tmp_path, jobs=1)
+    whole = [path.read_bytes() for path in paths]
+    paths[0].write_bytes(whole[0][:1000])
+    paths[1].write_bytes(b"")
+    render_run(ls.Run(drawn), FIT, out=tmp_path, jobs=1)
+    assert [path.read_bytes() for path in paths] == whole
+
+
 def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_path):
     run, look = ls.Run(drawn), FIT.replace(color_by="cloth+stretch")
     paths = render_run(run, look, out=tmp_path / "all", jobs=1)
