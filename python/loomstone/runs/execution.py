@@ -83,7 +83,7 @@ def execute(
             if number := simulation.agree(0 if drawn else received.number):
                 raise Interrupted(number)
             report = {
-                "frames": n_frames,
+                "frames": max(n_frames, following),
                 "wall_seconds": time.perf_counter() - began,
                 "steps_of_this_process": simulation.step_index - first_step,
             } | _end_of(simulation)

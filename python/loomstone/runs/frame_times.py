@@ -13,11 +13,20 @@ __all__ = ["frame_count", "frames_due", "told_of_part_frame", "warn_of_part_fram
 
 MOST_FRAMES = 1_000_000
 
+# A duration is a whole number of frames if it differs from it by at most the first number of
+# frames, or by the second fraction. Rates and durations of video, such as 29.97 frames/s for
+# 30000/1001, are rounded by a millionth.
+_ROUNDED_BY, _ROUNDED_BY_FRACTION = 1e-3, 2e-6
+
+
+def _whole(frames: float) -> bool:
+    return bool(abs(frames - round(frames)) <= max(_ROUNDED_BY, _ROUNDED_BY_FRACTION * frames))
+
 
 def frame_count(duration: float, rate: float) -> int:
     """Returns the number of frames of a run: one at the start and one every 1/rate.
 
-    Raises InvalidInput for an invalid duration or rate, or if their product exceeds MOST_FRAMES.
+    A duration that is a thousandth of a frame too short still counts as a whole number of frames.
     """
     for name, value in (("duration", duration), ("rate", rate)):
         if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
@@ -31,7 +40,8 @@ def frame_count(duration: float, rate: float) -> int:
             f"a run may have at most {MOST_FRAMES} frames, got duration {duration:g} s at {rate:g}"
             " frames/s; lower one of them"
         )
-    return int(np.floor(duration * rate + 1e-6)) + 1
+    frames = duration * rate
+    return (round(frames) if _whole(frames) else int(np.floor(frames))) + 1
 
 
 def frames_due(time: float, rate: float) -> int:
@@ -42,12 +52,12 @@ def frames_due(time: float, rate: float) -> int:
 def told_of_part_frame(duration: float, rate: float) -> str:
     """Returns a message if a duration is not a whole number of frames, or else an empty string."""
     whole = frame_count(duration, rate) - 1
-    if abs(duration * rate - whole) <= 1e-6 * max(1.0, whole):
+    if _whole(duration * rate):
         return ""
     end = "no step is taken" if whole == 0 else f"the simulation ends at {whole / rate:.6g} s"
     return (
         f"duration {duration:g} s is {duration * rate:.4g} frames at {rate:g} frames/s, so {end};"
-        f" {(whole + 1) / rate:.6g} s is a whole number of frames"
+        f" {(whole + 1) / rate:.7g} s is a whole number of frames"
     )
 
 

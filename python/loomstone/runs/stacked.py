@@ -18,11 +18,12 @@ class _Frames(Protocol):
     def __getitem__(self, index: int, /) -> Frame: ...
 
 
-class Stacked:
+class Stacked(np.lib.mixins.NDArrayOperatorsMixin):
     """An array that each frame has, such as positions, stacked over the frames along a first axis.
 
-    It is sliced like a numpy array, and reads only the requested frames. np.asarray() reads all
-    frames.
+    It is sliced like a numpy array, and reads only the requested frames. Operators and functions of
+    numpy, such as `2 * array` and np.max(array), read all frames. np.asarray() returns an array of
+    all frames, which also has the methods of numpy arrays.
     """
 
     def __init__(self, frames: _Frames, name: str) -> None:
@@ -48,6 +49,10 @@ class Stacked:
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return np.asarray(self._stacked(range(len(self))), dtype)
+
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **more: Any) -> Any:
+        read = [np.asarray(each) if isinstance(each, Stacked) else each for each in inputs]
+        return getattr(function, method)(*read, **more)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -28,6 +28,7 @@ def test_a_stacked_array_is_that_of_every_frame(run, name):
     assert len(list(stacked)) == len(stacked) == 4 and stacked[4:].shape == (0, *frames[0].shape)
     with pytest.raises(IndexError):
         stacked[4]
+    assert np.array_equal(2.0 * stacked - stacked, frames) and np.max(stacked) == np.max(frames)
 
 
 def test_a_stacked_array_reads_only_the_frames_that_are_asked_for(run, monkeypatch):

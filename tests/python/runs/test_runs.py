@@ -188,6 +188,8 @@ def test_a_run_can_be_prolonged(run, hanging, euler):
     for _ in range(50):
         straight.step()
     assert report["digest"] == straight.digest() and len(ls.Run(run)) == 6
+    again = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.08, resume=True)
+    assert again["frames"] == 6 == len(ls.Run(run)), "a shorter duration removes no frames"
 
 
 def test_a_run_is_not_continued_as_another(run, hanging, euler):

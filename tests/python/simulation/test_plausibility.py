@@ -6,6 +6,7 @@ import warnings
 import loomstone as ls
 import numpy as np
 import pytest
+from loomstone.runs.frame_times import frame_count, warn_of_part_frame
 
 BOX = ls.meshes.box(size=(0.02, 0.02, 0.02))
 GRID = ls.grid(size=(0.2, 0.2), cells=(4, 4))
@@ -337,6 +338,11 @@ def test_whole_numbers_of_frames_are_not_told_whatever_their_rounding():
     sim = ls.Simulation(scene(cloth(), collisions=False), threads=1)
     for frames in (0, 1, 3, 7):
         list(sim.frames(duration=frames / 30.0, rate=30.0))
+    # Rounded durations at the rates of NTSC video, of 9, 30, 240 and 3,000 frames.
+    for duration, rate in ((0.3003, 29.97), (1.001, 29.97), (10.01, 23.976), (100.1, 29.97)):
+        warn_of_part_frame(duration, rate)
+        assert frame_count(duration, rate) == round(duration * rate) + 1
+    assert frame_count(0.3, 29.97) == 9  # 8.991 frames
 
 
 @pytest.mark.parametrize("scheme", [ls.SymplecticEuler, ls.ExplicitEuler])
