@@ -1,6 +1,6 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
-heaps, a tight sleeve, a wrung tube, a sheet pulled far beyond its limits, a pushed ribbon, and
-magnets that clamp cloth.
+heaps, a pile of bodies and towels, a tight sleeve, a wrung tube, a sheet pulled far beyond its
+limits, a pushed ribbon, and magnets that clamp cloth.
 
 certify.py counts the intersections in some of these scenes, and
 tests/python/simulation/test_extreme_scenes.py checks the motion in all of them.
@@ -17,6 +17,15 @@ SOFT = ls.ClothMaterial(
     density=0.15,
     bending_weft=2e-6,
     bending_warp=2e-6,
+)
+
+ROUGH = ls.ClothMaterial(
+    weft_stiffness=1000.0,
+    warp_stiffness=1000.0,
+    shear_stiffness=300.0,
+    density=0.2,
+    bending_weft=1e-5,
+    bending_warp=1e-5,
 )
 
 
@@ -88,6 +97,65 @@ def caught(mass: float, corners: bool = False, drop: float = 0.05) -> ls.Scene:
             )
         ],
     )
+
+
+def struck(mass: float, limit: float = 0.05) -> ls.Scene:
+    """A tilted box of `mass` [kg] that hits a cloth of 50 g at 2 m/s with one of its corners.
+
+    The cloth is pinned along all edges. Its strain limits are `limit` (shear: twice that).
+    """
+    mesh = ls.grid(size=(0.5, 0.5), cells=(14, 14))
+    pins = np.flatnonzero((np.abs(mesh.vertices[:, :2]) > 0.25 - 1e-6).any(axis=1))
+    turned = np.array((0.924, 0.3, 0.2, 0.1))
+    return ls.Scene(
+        cloths=[
+            ls.Cloth(
+                mesh=mesh,
+                material=ROUGH,
+                pins=list(pins),
+                strain_limit=ls.StrainLimit(limit, limit, 2.0 * limit),
+            )
+        ],
+        bodies=[
+            ls.RigidBody(
+                name="box",
+                mesh=ls.meshes.box(size=(0.1, 0.1, 0.1)),
+                shape="box",
+                mass=mass,
+                position=(0.01, 0.005, 0.11),
+                velocity=(0, 0, -2),
+                orientation=tuple(turned / np.linalg.norm(turned)),
+            )
+        ],
+    )
+
+
+def pile(limit: float, seed: int = 3) -> ls.Scene:
+    """Six bodies of up to 2 kg and two towels that fall on a floor together.
+
+    The strain limits of the towels are `limit` (shear: twice that).
+    """
+    random = np.random.RandomState(seed)
+    bodies, towels = [], []
+    for i in range(6):
+        box = i % 3 != 0
+        orientation = random.randn(4)
+        bodies.append(
+            ls.RigidBody(
+                name=f"body{i}",
+                mesh=ls.meshes.box(size=(0.08, 0.06, 0.05)) if box else ls.sphere(radius=0.04).mesh,
+                shape="box" if box else "sphere",
+                density=(300.0, 1000.0, 7800.0)[i % 3],
+                position=(0.05 * random.randn(), 0.05 * random.randn(), 0.15 + 0.16 * i),
+                orientation=tuple(orientation / np.linalg.norm(orientation)),
+                angular_velocity=tuple(5.0 * random.randn(3)),
+            )
+        )
+    for i in range(2):
+        mesh = ls.grid(size=(0.3, 0.3), cells=(12, 12)).moved((0, 0, 0.08 + 0.48 * i))
+        limits = ls.StrainLimit(limit, limit, 2.0 * limit)
+        towels.append(ls.Cloth(name=f"towel{i}", mesh=mesh, material=ROUGH, strain_limit=limits))
+    return ls.Scene(cloths=towels, bodies=bodies, obstacles=[ls.floor()])
 
 
 def tube(radius: float, cuff: float, length: float, cells: tuple[int, int]) -> ls.TriangleMesh:

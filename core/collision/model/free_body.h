@@ -18,9 +18,11 @@ struct FreeBody {
   // True if the body was pressed against an obstacle in the last step of RigidWorld, directly or
   // through other bodies. CleanUp then does not move it.
   bool supported = false;
+  // Velocity [m/s] and angular velocity [rad/s] after the stage that moves bodies.
+  Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
   RigidPose start, end;  // poses at the start and end of the part; corrections change `end`
-  // Total corrections of `end`: displacement and rotation vector. Divided by the length of the
-  // part, they are the changes of velocity and angular velocity.
+  // Total corrections of `end` that change velocities: displacement and rotation vector. Divided by
+  // the length of the part, they are the changes of velocity and angular velocity.
   Vec3 moved = Vec3::Zero();   // [m]
   Vec3 turned = Vec3::Zero();  // [rad]
 };

@@ -177,10 +177,11 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const EnergyAccount& account = state.account;
   const double scale = std::max(account.largest_kinetic, near.energy);
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
-  const double energy = energy_at_end(state, part.t1, engines);
   const bool pinned = pins_move(engines.model.cloth, loads);
-  // Limit phases store energy that the account omits.
+  // Limit phases store energy that the account omits. at_limits() refers to the start of the part
+  // until energy_at_end() is called.
   const bool may_gain = (pinned || !engines.integrator->damps()) && !engines.at_limits();
+  const double energy = energy_at_end(state, part.t1, engines);
   const bool moved = pinned && may_gain;
   if (!may_gain && std::max(energy, near.energy) <= tolerated) return part.length;
   // The gain at the start is measured first, because energies at the start positions are still

@@ -1,6 +1,7 @@
 #include "core/sim/step/limit_and_certify.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/sim/model/motion.h"
 #include "core/sim/step/energies.h"
@@ -28,6 +29,8 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
     body.inverse_mass = 1.0 / model.body_mass[b].mass;
     body.inverse_inertia = loads.body_mass[2 * b + 1].inverse();
     body.supported = supported[b] != 0;
+    body.velocity = state.rigid.velocities.row(b).transpose();
+    body.angular_velocity = state.rigid.angular_velocities.row(b).transpose();
     body.start = loads.body_poses[b];
     body.end = body_pose(state.rigid, b);
   }
@@ -65,7 +68,21 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
-// Returns the vertices of the cloths that sweeps must not move, because sweeps would push them into
+// Returns the largest speed of a prescribed vertex or of a vertex of an obstacle [m/s].
+double scripted_speed(const StepContext& part, const Points& x0, const Points& x1,
+                      const Model& model) {
+  double square = 0.0;
+  const auto include = [&](Index i) {
+    square = std::max(square, (x1.row(i) - x0.row(i)).squaredNorm());
+  };
+  for (const CollisionSurface& surface : model.collision.surfaces)
+    if (surface.kind != CollisionSurface::Kind::Body)
+      for (Index i = surface.first_vertex; i < surface.first_vertex + surface.n_vertices; ++i)
+        if (!(model.inverse_mass[i] > 0.0)) include(i);
+  return std::sqrt(square) / part.h;
+}
+
+// Returns the vertices of every cloth that sweeps must not move, because they would push it into
 // other surfaces. These are cloths to which a body is attached or which a body touches, directly or
 // through other cloth (sweeps ignore the mass of the body), and cloths whose limits are forced (see
 // NearContacts). Only the limit phases of the solve limit the strain of these cloths.
@@ -138,8 +155,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   collision_vertices(model, state, x1);
   FreeBodies bodies = free_bodies(loads, state, engines);
   ConstrainInputs inputs;
-  inputs.team = &engines.team;
-  inputs.collision_team = &engines.collision_team;
+  inputs.team = &engines.team, inputs.collision_team = &engines.collision_team;
   inputs.cloth = &model.cloth;
   inputs.limiter = limiter;
   inputs.collision = engines.collision.get();
@@ -152,6 +168,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.h = part.h;
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
+  inputs.scripted_speed = scripted_speed(part, loads.x0, x1, model);
   const ClothState& solved = state.cloth;
   inputs.x = &solved.x, inputs.v = &solved.v;
   inputs.energy = [&](const Points& x1, const Points& at_rest) {

@@ -172,6 +172,60 @@ class Constraining {
     }
   }
 
+  // Reduces the changes of velocity that follow from the corrections of a certification if these
+  // would increase the kinetic energy of the vertices and bodies that it moved. In a very short
+  // part, the correction of a small gap would give them large velocities. The kinetic energy may
+  // rise to the value at which they all have the speed of the fastest scripted vertex. All changes
+  // are reduced in proportion, so they conserve momentum as before. `bodies` and `at_rest` are the
+  // values before the certification.
+  void keep_energy_of_impacts(const FreeBodies& bodies, const Points& at_rest) {
+    const auto rest = [](const Points& points, Index i) {
+      return points.rows() > 0 ? Vec3(points.row(i).transpose()) : Vec3(Vec3::Zero());
+    };
+    const auto change = [&](Index i) -> Vec3 {
+      return ((x1_.row(i) - target_.row(i)).transpose() - rest(report_.at_rest, i) +
+              rest(at_rest, i)) /
+             in_.h;
+    };
+    // If the fraction s of the corrections changes velocities, the kinetic energy is
+    // k0 + s b + s^2 c.
+    double mass = 0.0, k0 = 0.0, b = 0.0, c = 0.0;
+    const auto add = [&](double m, const Vec3& v, const Vec3& dv) {
+      k0 += 0.5 * m * v.squaredNorm(), b += m * v.dot(dv), c += 0.5 * m * dv.squaredNorm();
+    };
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
+      if (x1_.row(i) == target_.row(i) || !((*in_.inverse_mass)[i] > 0.0)) continue;
+      const Vec3 v = in_.v->row(i).transpose() +
+                     ((target_.row(i) - in_.x->row(i)).transpose() - rest(at_rest, i)) / in_.h;
+      add(in_.cloth->mass[i], v, change(i));
+      mass += in_.cloth->mass[i];
+    }
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const FreeBody &body = bodies[i], &now = bodies_[i];
+      if (now.moved == body.moved && now.turned == body.turned) continue;
+      add(1.0 / body.inverse_mass, body.velocity + body.moved / in_.h,
+          (now.moved - body.moved) / in_.h);
+      const Mat3 inertia = body.inverse_inertia.inverse();
+      const Vec3 w = body.angular_velocity + body.turned / in_.h,
+                 dw = (now.turned - body.turned) / in_.h;
+      k0 += 0.5 * w.dot(inertia * w), b += w.dot(inertia * dw), c += 0.5 * dw.dot(inertia * dw);
+      mass += 1.0 / body.inverse_mass;
+    }
+    if (b + c <= 0.0) return;
+    const double most = std::max(k0, 0.5 * mass * in_.scripted_speed * in_.scripted_speed);
+    if (k0 + b + c <= most) return;
+    const double share = std::clamp(
+        (std::sqrt(std::max(0.0, b * b + 4.0 * c * (most - k0))) - b) / (2.0 * c), 0.0, 1.0);
+    if (report_.at_rest.rows() == 0) report_.at_rest = Points::Zero(in_.cloth->n_vertices, 3);
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+      if (x1_.row(i) != target_.row(i))
+        report_.at_rest.row(i) += (1.0 - share) * in_.h * change(i).transpose();
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      bodies_[i].moved = bodies[i].moved + share * (bodies_[i].moved - bodies[i].moved);
+      bodies_[i].turned = bodies[i].turned + share * (bodies_[i].turned - bodies[i].turned);
+    }
+  }
+
   // Subtracts from the corrections in `at_rest` what certification or a fallback has withheld of
   // them, so that withholding it does not change velocities either.
   void withhold_at_rest(const std::vector<WithheldMotion>& withheld) {
@@ -241,9 +295,12 @@ class Constraining {
 
   void certify() {
     target_ = x1_;
+    const FreeBodies before = bodies_;
+    const Points at_rest = report_.at_rest;
     CertifyReport done = in_.collision->certify(*in_.collision_team, motion(), x1_, bodies_);
     const bool may_move = done.impacts > 0;
     withhold_at_rest(done.withheld);
+    if (may_move && !in_.repelled) keep_energy_of_impacts(before, at_rest);
     done.impacts += report_.certified.impacts;
     done.merge(report_.certified.withheld);
     report_.certified = std::move(done);

@@ -41,8 +41,8 @@ struct ConstrainInputs {
   double h = 0.0;              // length of the part [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) [1/kg]; 0 except at free cloth vertices
-  // (cloth vertices x 3) positions [m] and velocities [m/s] after the solve. Required with
-  // `limiter`.
+  double scripted_speed = 0.0;  // largest speed of a prescribed vertex or an obstacle [m/s]
+  // (cloth vertices x 3) positions [m] and velocities [m/s] after the solve.
   const Points *x = nullptr, *v = nullptr;
   // Returns the energy of the cloth if the part ends at x1 and the corrections `at_rest` (see
   // ConstrainReport) do not change velocities. Required with `limiter`.
@@ -63,10 +63,10 @@ struct ConstrainReport {
   double requested = 0.0;  // sum of the distances that free vertices move before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limited = 0.0;              // energy that sweeps removed from cloth [J]
-  // (cloth vertices x 3) Corrections by sweeps that do not change velocities [m]; empty: none.
-  // Limits that act only after the solve may leave an excess, or scripts may force one. If sweeps
-  // remove such an excess in one part, the correction divided by the length of the part is not a
-  // velocity of the cloth.
+  // (cloth vertices x 3) Corrections that do not change velocities [m]; empty: none. Limits that act
+  // only after the solve may leave an excess, or scripts may force one. If sweeps remove such an
+  // excess in one part, the correction divided by the length of the part is not a velocity of the
+  // cloth. Neither is a correction by which certification would increase the kinetic energy.
   Points at_rest;
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved

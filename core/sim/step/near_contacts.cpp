@@ -10,6 +10,15 @@ namespace loomstone {
 
 namespace {
 
+// Fraction of the forces of limit phases that counts as pressing cloth against other surfaces; see
+// contact_stiffness(). Our choice. Without these forces, contacts are too soft: a body that is much
+// heavier than the cloth passes them, and certification stretches the cloth beyond its limits,
+// which then throw the body back. In one step, limit phases can exert forces that are much larger
+// than the load. If all of these counted, contacts would push cloth beyond its limits. Boxes and
+// spheres of 100 and 1,000 times the mass of the cloth stretch it least with fractions of 0.01 to
+// 0.03 (docs/experiments/strain_limits.md).
+constexpr double share_of_limit_forces = 0.01;
+
 // Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Bodies are
 // expected to keep their velocities at the start of the part; obstacles have their mean velocities
 // in the part. Row 0 belongs to the first collision vertex after the cloth.
@@ -97,6 +106,19 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
   if (elasticity.divided()) gather_rows(engines.layout, forces);
 }
 
+// Adds to `forces` (n x 3) [N] a fraction of the forces that limit phases exert on cloth at x.
+// Collective if `elasticity` is divided among ranks.
+void add_limit_forces(const Points& x, const Engines& engines, Elasticity& elasticity,
+                      Points& forces) {
+  if (!engines.limits_in_solve || !engines.limiter) return;
+  const Rows rows = cloth_rows(engines, elasticity);
+  Points without = Points::Zero(x.rows(), 3), with = without;
+  add_elastic_forces(x, engines, elasticity, without);
+  const auto phase = elasticity.limit_phase(engines.team, x, rows.begin, rows.end);
+  add_elastic_forces(x, engines, elasticity, with);
+  forces += share_of_limit_forces * (with - without);
+}
+
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
 // if no contact is closer than half its thickness. contact_stiffness(), which reads them, stiffens
 // no contact if there are no rows.
@@ -105,6 +127,7 @@ Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engine
   const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);
   Points forces = loads.force.whole(engines.model.cloth.n_vertices);
   add_elastic_forces(x, engines, *engines.elasticity, forces);
+  add_limit_forces(x, engines, *engines.elasticity, forces);
   return forces;
 }
 
@@ -122,6 +145,7 @@ void find_pressing_forces(const State& state, double time, const Engines& engine
   forces = Points::Zero(state.cloth.x.rows(), 3);
   find_cloth_forces(time, state, engines, cloth_rows(engines, elasticity), forces);
   add_elastic_forces(state.cloth.x, engines, elasticity, forces);
+  add_limit_forces(state.cloth.x, engines, elasticity, forces);
 }
 
 IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }

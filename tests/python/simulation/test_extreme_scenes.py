@@ -1,5 +1,6 @@
-"""Tests of extreme scenes, such as pins that jump, heavy bodies, heaps of cloth, a tight sleeve, a
-wrung tube, a pushed ribbon, a sheet pulled to three times its length, and magnets that clamp cloth.
+"""Tests of extreme scenes, such as pins that jump, heavy bodies, heaps of cloth, piles of bodies, a
+tight sleeve, a wrung tube, a pushed ribbon, a sheet pulled to three times its length, and magnets
+that clamp cloth.
 """
 
 from typing import Literal
@@ -8,7 +9,18 @@ import loomstone as ls
 import numpy as np
 import pytest
 from certify import perturbed
-from extreme_scenes import caught, clamped, curtains, heap, pushed, sleeve, torn, wrung
+from extreme_scenes import (
+    caught,
+    clamped,
+    curtains,
+    heap,
+    pile,
+    pushed,
+    sleeve,
+    struck,
+    torn,
+    wrung,
+)
 from loomstone.runs.verification import count_intersections
 
 
@@ -75,6 +87,30 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
         assert sim.report.contacts.intersections == 0
         assert sim.report.withheld.motion <= 0.1 * sim.report.withheld.requested
     assert worst < excess
+
+
+@pytest.mark.parametrize(
+    ("scene", "duration", "excess", "kinetic"),
+    [
+        (struck(15.0, 0.02), 0.12, 0.02, 45.0),
+        (struck(50.0, 0.05), 0.12, 0.1, 160.0),
+        (pile(0.05, seed=4), 0.35, 0.02, 17.0),
+        (pile(0.1, seed=3), 0.35, 0.02, 17.0),
+    ],
+    ids=["15 kg", "50 kg", "pile, 5 %", "pile, 10 %"],
+)
+def test_bodies_gain_no_energy_from_cloth_at_its_limits(
+    scene: ls.Scene, duration: float, excess: float, kinetic: float
+) -> None:
+    # If contacts do not become stiffer where the cloth is at its limits, or if certification may
+    # increase the kinetic energy, each scene reaches 1.3 to 8 times this kinetic energy [J].
+    sim = ls.Simulation(scene, threads=1)
+    while sim.time < duration:
+        sim.step()
+        assert sim.report.account.balance < 0.02
+        assert sim.report.limits.excess < excess
+        assert sim.report.contacts.intersections == 0
+    assert sim.report.account.largest_kinetic < kinetic
 
 
 @pytest.mark.parametrize("limit", [0.015, 0.05])
