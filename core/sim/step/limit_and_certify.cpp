@@ -83,29 +83,17 @@ double scripted_speed(const StepContext& part, const Points& x0, const Points& x
 }
 
 // Returns the vertices of every cloth that sweeps must not move, because they would push it into
-// other surfaces. These are cloths to which a body is attached or which a body touches, directly or
-// through other cloth (sweeps ignore the mass of the body), and cloths whose limits are forced (see
-// NearContacts). Only the limit phases of the solve limit the strain of these cloths.
+// other surfaces. These are cloths that bodies load (sweeps ignore the mass of the body), and
+// cloths whose limits are forced (see NearContacts). Only the limit phases of the solve limit the
+// strain of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
-  using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;
-  std::vector<std::uint8_t> loaded(collision.surfaces.size(), 0);
-  for (std::size_t s = 0; s < loaded.size(); ++s)
-    loaded[s] = collision.surfaces[s].kind == Kind::Body;
-  const auto surface = [&](Index vertex) { return collision.surface_of_vertex[vertex]; };
-  for (const AttachedVertex& attached : model.attachments) loaded[surface(attached.row)] = 1;
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const auto& [a, b] : near.totals.surfaces)
-      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
-        if (loaded[from] && !loaded[to] && collision.surfaces[to].kind == Kind::Cloth)
-          loaded[to] = 1, changed = true;
-  }
+  std::vector<std::uint8_t> loaded = loaded_by_bodies(model, near.totals);
   for (std::size_t s = 0; s < near.forced.size(); ++s) loaded[s] |= near.forced[s];
   std::vector<Index> vertices;
   for (std::size_t s = 0; s < loaded.size(); ++s)
     if (const CollisionSurface& cloth = collision.surfaces[s];
-        loaded[s] && cloth.kind == Kind::Cloth)
+        loaded[s] && cloth.kind == CollisionSurface::Kind::Cloth)
       for (Index i = 0; i < cloth.n_vertices; ++i) vertices.push_back(cloth.first_vertex + i);
   return vertices;
 }

@@ -174,10 +174,11 @@ class Constraining {
 
   // Reduces the changes of velocity that follow from the corrections of a certification if these
   // would increase the kinetic energy of the vertices and bodies that it moved. In a very short
-  // part, the correction of a small gap would give them large velocities. The kinetic energy may
-  // rise to the value at which they all have the speed of the fastest scripted vertex. All changes
-  // are reduced in proportion, so they conserve momentum as before. `bodies` and `at_rest` are the
-  // values before the certification.
+  // part, the correction of a small gap would give them large velocities. Used in scenes with
+  // strain limits only, whose parts become very short. The kinetic energy may rise to the value at
+  // which they all have the speed of the fastest scripted vertex. All changes are reduced in
+  // proportion, so they conserve momentum as before. `bodies` and `at_rest` are the values before
+  // the certification.
   void keep_energy_of_impacts(const FreeBodies& bodies, const Points& at_rest) {
     const auto rest = [](const Points& points, Index i) {
       return points.rows() > 0 ? Vec3(points.row(i).transpose()) : Vec3(Vec3::Zero());
@@ -300,7 +301,7 @@ class Constraining {
     CertifyReport done = in_.collision->certify(*in_.collision_team, motion(), x1_, bodies_);
     const bool may_move = done.impacts > 0;
     withhold_at_rest(done.withheld);
-    if (may_move && !in_.repelled) keep_energy_of_impacts(before, at_rest);
+    if (may_move && in_.limiter && !in_.repelled) keep_energy_of_impacts(before, at_rest);
     done.impacts += report_.certified.impacts;
     done.merge(report_.certified.withheld);
     report_.certified = std::move(done);

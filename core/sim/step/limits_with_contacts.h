@@ -63,10 +63,10 @@ struct ConstrainReport {
   double requested = 0.0;  // sum of the distances that free vertices move before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limited = 0.0;              // energy that sweeps removed from cloth [J]
-  // (cloth vertices x 3) Corrections that do not change velocities [m]; empty: none. Limits that act
-  // only after the solve may leave an excess, or scripts may force one. If sweeps remove such an
-  // excess in one part, the correction divided by the length of the part is not a velocity of the
-  // cloth. Neither is a correction by which certification would increase the kinetic energy.
+  // (cloth vertices x 3) Corrections that do not change velocities [m]; empty: none. Limits that
+  // act only after the solve may leave an excess, or scripts may force one. If sweeps remove such
+  // an excess in one part, the correction divided by the length of the part is not a velocity of
+  // the cloth. Neither is a correction by which certification would increase the kinetic energy.
   Points at_rest;
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved

@@ -106,17 +106,21 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
   if (elasticity.divided()) gather_rows(engines.layout, forces);
 }
 
-// Adds to `forces` (n x 3) [N] a fraction of the forces that limit phases exert on cloth at x.
-// Collective if `elasticity` is divided among ranks.
-void add_limit_forces(const Points& x, const Engines& engines, Elasticity& elasticity,
-                      Points& forces) {
-  if (!engines.limits_in_solve || !engines.limiter) return;
+// Adds to `forces` (n x 3) [N] a fraction of the forces that limit phases exert at x on cloths that
+// bodies load. Collective if `elasticity` is divided among ranks.
+void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engines& engines,
+                      Elasticity& elasticity, Points& forces) {
+  const Model& model = engines.model;
+  if (!engines.limits_in_solve || !engines.limiter || model.n_bodies() == 0) return;
   const Rows rows = cloth_rows(engines, elasticity);
   Points without = Points::Zero(x.rows(), 3), with = without;
   add_elastic_forces(x, engines, elasticity, without);
   const auto phase = elasticity.limit_phase(engines.team, x, rows.begin, rows.end);
   add_elastic_forces(x, engines, elasticity, with);
-  forces += share_of_limit_forces * (with - without);
+  const std::vector<std::uint8_t> loaded = loaded_by_bodies(model, contacts);
+  for (Index v = 0; v < x.rows(); ++v)
+    if (loaded[model.collision.surface_of_vertex[v]])
+      forces.row(v) += share_of_limit_forces * (with.row(v) - without.row(v));
 }
 
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
@@ -127,7 +131,7 @@ Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engine
   const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);
   Points forces = loads.force.whole(engines.model.cloth.n_vertices);
   add_elastic_forces(x, engines, *engines.elasticity, forces);
-  add_limit_forces(x, engines, *engines.elasticity, forces);
+  add_limit_forces(x, contacts, engines, *engines.elasticity, forces);
   return forces;
 }
 
@@ -140,12 +144,12 @@ bool any_terms(const NearContacts& near, const Engines& engines) {
 
 // Sets `forces` to the elastic and external forces on cloth in `state` (n x 3) [N]. Collective if
 // `elasticity` is divided among ranks.
-void find_pressing_forces(const State& state, double time, const Engines& engines,
-                          Elasticity& elasticity, Points& forces) {
+void find_pressing_forces(const State& state, double time, const ContactTotals& contacts,
+                          const Engines& engines, Elasticity& elasticity, Points& forces) {
   forces = Points::Zero(state.cloth.x.rows(), 3);
   find_cloth_forces(time, state, engines, cloth_rows(engines, elasticity), forces);
   add_elastic_forces(state.cloth.x, engines, elasticity, forces);
-  add_limit_forces(state.cloth.x, engines, elasticity, forces);
+  add_limit_forces(state.cloth.x, contacts, engines, elasticity, forces);
 }
 
 IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
@@ -235,6 +239,24 @@ void find_forced_limits(const State& state, Engines& engines, NearContacts& near
 
 }  // namespace
 
+std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTotals& contacts) {
+  using Kind = CollisionSurface::Kind;
+  const CollisionModel& collision = model.collision;
+  std::vector<std::uint8_t> loaded(collision.surfaces.size(), 0);
+  for (std::size_t s = 0; s < loaded.size(); ++s)
+    loaded[s] = collision.surfaces[s].kind == Kind::Body;
+  for (const AttachedVertex& attached : model.attachments)
+    loaded[collision.surface_of_vertex[attached.row]] = 1;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& [a, b] : contacts.surfaces)
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
+        if (loaded[from] && !loaded[to] && collision.surfaces[to].kind == Kind::Cloth)
+          loaded[to] = 1, changed = true;
+  }
+  return loaded;
+}
+
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report) {
   near.contacts.clear();
@@ -281,7 +303,7 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
                : collision.proximity_alone(engines.team, x, tangle);
   const ContactTotals& totals = collision.totals();
   if (totals.n == 0) return energies;
-  if (totals.pressed) find_pressing_forces(state, time, engines, elasticity, forces);
+  if (totals.pressed) find_pressing_forces(state, time, totals, engines, elasticity, forces);
   std::vector<BinnedSum> sums = collision.energies(
       {x, x0 ? *x0 : x, n_parts}, {x, engines.model.inverse_mass, forces, state.contacts}, contacts,
       together ? owned_rows(engines.layout) : all_indices);

@@ -54,6 +54,11 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);
 
+// Returns, for each collision surface, 1 if it is a body or a cloth that bodies load: a cloth to
+// which a body is attached, or which a body touches directly or through other cloth. All other
+// entries are 0.
+std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTotals& contacts);
+
 // Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.
 // Collective. Slow unless know_contacts() was called for this state.
 double energy_at_end(const State& state, double time, const Engines& engines);
