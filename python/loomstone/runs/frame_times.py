@@ -27,6 +27,7 @@ def frame_count(duration: float, rate: float) -> int:
     """Returns the number of frames of a run: one at the start and one every 1/rate.
 
     A duration that is a thousandth of a frame too short still counts as a whole number of frames.
+    Raises InvalidInput for an invalid duration or rate, or if their product exceeds MOST_FRAMES.
     """
     for name, value in (("duration", duration), ("rate", rate)):
         if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):

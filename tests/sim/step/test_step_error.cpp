@@ -84,8 +84,8 @@ Fall fall(const Scene& scene, const IntegratorOptions& options, double duration)
 
 enum class Pinned { Corners, Edge };
 
-// Returns the time that a flat sheet pinned at two corners, or along an edge, takes to swing down
-// until its free edge is vertically below the pins [s]. The time is interpolated linearly between
+// Returns the time [s] that a flat sheet pinned at two corners, or along an edge, takes to swing
+// down until its free edge is vertically below the pins. The time is interpolated linearly between
 // two steps. It is infinite if the sheet takes more than 1.5 s.
 double time_to_bottom(double stiffness, double density, const IntegratorOptions& options,
                       Pinned pinned = Pinned::Corners) {
