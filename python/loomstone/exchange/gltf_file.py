@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from .._core import CacheError, InvalidInput, Unsupported
 from .extras import imported
+from .gltf_types import check_types
 from .surfaces import Floats
 
-__all__ = ["GltfFile", "matrix"]
+__all__ = ["GltfFile", "attributes_of", "matrix"]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -44,6 +45,7 @@ class GltfFile:
             raise CacheError(f"{path}: cannot be read: {error.strerror or error}") from None
         if self.content is None:
             raise CacheError(f"{path}: cannot be read as glTF 2.0")
+        check_types(path, self.content)
         for name in self.content.extensionsRequired or []:
             if not name.startswith(_KNOWN):
                 raise Unsupported(f"{path}: requires {name}, which is not supported; export it"
@@ -113,6 +115,11 @@ class GltfFile:
                 raise CacheError(f"{self.path}: its data cannot be read: {error}") from None
             self._buffers[index] = found or b""
         return self._buffers[index]
+
+
+def attributes_of(item: Any) -> dict[str, int | None]:
+    """Returns the accessors of the attributes of a primitive or of a morph target."""
+    return item if isinstance(item, dict) else vars(item)
 
 
 def matrix(node: Any, changed: dict[str, Floats]) -> Floats:

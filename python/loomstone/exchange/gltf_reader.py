@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._core import CacheError, Error, InvalidInput
 from .gltf_animation import Channel, channels_of, value_at
-from .gltf_file import GltfFile, matrix
+from .gltf_file import GltfFile, attributes_of, matrix
 from .parts import MALFORMED, Part, sample_times
 from .surfaces import Floats, Indices
 
@@ -113,17 +113,16 @@ class _Piece:
     """One primitive of a mesh."""
 
     def __init__(self, file: GltfFile, primitive: Any, name: str, skinned: bool) -> None:
-        attributes = primitive.attributes
-        if attributes.POSITION is None:
+        attributes = attributes_of(primitive.attributes)
+        position = attributes.get("POSITION")
+        if position is None:
             raise InvalidInput(f"{file.path}: {name!r} has no positions")
-        self.points = file.array(attributes.POSITION, f"positions of {name!r}")
+        self.points = file.array(position, f"positions of {name!r}")
         n = len(self.points)
         self.triangles = _triangles(file, primitive, name, n)
-        targets = [t if isinstance(t, dict) else vars(t) for t in primitive.targets or []]
+        targets = [attributes_of(target).get("POSITION") for target in primitive.targets or []]
         shifts = [
-            np.zeros((n, 3))
-            if t.get("POSITION") is None
-            else file.array(t["POSITION"], f"a morph target of {name!r}")
+            np.zeros((n, 3)) if t is None else file.array(t, f"a morph target of {name!r}")
             for t in targets
         ]
         self.targets = np.array(shifts).reshape(len(shifts), n, 3)
@@ -151,15 +150,17 @@ def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indice
     raise InvalidInput(f"{file.path}: {name!r} must consist of triangles, got points or lines")
 
 
-def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int64], Floats]:
+def _joints(
+    file: GltfFile, attributes: dict[str, int | None], name: str
+) -> tuple[NDArray[np.int64], Floats]:
     """Returns the joints of each vertex, as indices into the joints of the skin, and their weights.
 
     Both are (n x k). If the weights of a vertex have a positive sum, they are scaled to the sum 1.
     """
     joints, shares = [], []
     for number in range(8):
-        index = getattr(attributes, f"JOINTS_{number}", None)
-        weight = getattr(attributes, f"WEIGHTS_{number}", None)
+        index = attributes.get(f"JOINTS_{number}")
+        weight = attributes.get(f"WEIGHTS_{number}")
         if index is None or weight is None:
             break
         joints.append(file.array(index, f"joints of {name!r}").astype(np.int64))
@@ -177,12 +178,13 @@ def _skin(file: GltfFile, index: int, name: str) -> tuple[list[int], Floats]:
     The matrices are one array (j x 4 x 4).
     """
     skin = file.item("skins", index, repr(name))
-    for joint in skin.joints:
+    joints = list(skin.joints or [])
+    for joint in joints:
         file.item("nodes", joint, f"the skin of {name!r}")
     if skin.inverseBindMatrices is None:
-        return list(skin.joints), np.tile(np.eye(4), (len(skin.joints), 1, 1))
+        return joints, np.tile(np.eye(4), (len(joints), 1, 1))
     flat = file.array(skin.inverseBindMatrices, f"the skin of {name!r}")
-    return list(skin.joints), flat.reshape(-1, 4, 4).transpose(0, 2, 1)
+    return joints, flat.reshape(-1, 4, 4).transpose(0, 2, 1)
 
 
 def _shapes(file: GltfFile) -> list[_Shape]:

@@ -13,11 +13,10 @@ from .surfaces import Floats, Indices
 __all__ = ["MALFORMED", "Part", "sample_times"]
 
 # Exceptions raised for malformed files, by libraries or by the conversion of the files' content.
+# TypeError and AttributeError are not among them, because they are errors of this package.
 MALFORMED = (
     KeyError,
     IndexError,
-    TypeError,
-    AttributeError,
     ValueError,
     OverflowError,
     MemoryError,

@@ -10,6 +10,7 @@ import json
 import subprocess
 import sys
 import tempfile
+import traceback
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
     """Reads a file as usd_reader.read_usd does, and raises the same errors.
 
-    Also raises CacheError if the process fails or crashes.
+    Also raises CacheError if the process fails or crashes, and RuntimeError with the traceback of
+    an error that read_usd does not raise for files.
     """
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.npz"
@@ -46,7 +48,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
             content = dict(arrays)
     if "error" in content:
         kind, text = content["error"].tolist()
-        raise next(error for error in _ERRORS if error.__name__ == kind)(text)
+        raise next((known for known in _ERRORS if known.__name__ == kind), RuntimeError)(text)
     parts = [
         Part(name, content[f"triangles_{i}"], content[f"frames_{i}"])
         for i, name in enumerate(content["names"].tolist())
@@ -69,6 +71,9 @@ def serve() -> None:
     except _ERRORS as error:
         kind = next(known for known in _ERRORS if isinstance(error, known))
         np.savez(result, error=[kind.__name__, str(error).replace(path, shown)])
+        return
+    except Exception:
+        np.savez(result, error=["RuntimeError", traceback.format_exc()])
         return
     arrays = {"names": np.array([part.name for part in parts], str), "times": times}
     for i, part in enumerate(parts):

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .. import _core
 from .._core import CacheError, Error, InvalidInput
 from .extras import imported
 from .parts import MALFORMED, Part, sample_times
-from .surfaces import Floats, Indices
+from .surfaces import Floats
+from .usd_mesh import array_of, mesh_part
 
 __all__ = ["read_usd"]
 
@@ -36,7 +35,7 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
         codes = _first_code(stage) + per_second * times
         _bake_skins(path, stage, codes)
         prims = [prim for prim in _visible(stage) if prim.IsA(geometry.Mesh)]
-        parts = [_part(path, geometry.Mesh(prim), codes, _to_metres(stage)) for prim in prims]
+        parts = [mesh_part(path, geometry.Mesh(prim), codes, _to_metres(stage)) for prim in prims]
     except tf.ErrorException as error:
         raise CacheError(f"{path}: cannot be read as USD: {_reason(error)}") from None
     except MALFORMED as error:
@@ -114,16 +113,17 @@ def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
     skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
     if not skeleton:
         raise InvalidInput(f"{where} is bound to {target}, which is not a skeleton")
-    joints = len(skeleton.GetJointsAttr().Get() or [])
-    for poses in (skeleton.GetBindTransformsAttr().Get(), skeleton.GetRestTransformsAttr().Get()):
-        if poses is not None and len(poses) != joints:
+    joints = len(array_of(where, skeleton.GetJointsAttr(), kind=str))
+    for attribute in (skeleton.GetBindTransformsAttr(), skeleton.GetRestTransformsAttr()):
+        poses = array_of(where, attribute)
+        if attribute.HasValue() and len(poses) != joints:
             raise InvalidInput(
                 f"{where}: its skeleton must have {joints} poses, one per joint, got {len(poses)}"
             )
-    own = binding.GetJointsAttr().Get()
-    used = np.array(binding.GetJointIndicesPrimvar().Get() or [0], int)
-    count = joints if own is None else len(own)
-    if used.min() < 0 or used.max() >= count:
+    own = binding.GetJointsAttr()
+    count = len(array_of(where, own, kind=str)) if own.HasValue() else joints
+    used = array_of(where, binding.GetJointIndicesPrimvar().GetAttr(), kind=int)
+    if used.min(initial=0) < 0 or used.max(initial=0) >= count:
         wrong = used.min() if used.min() < 0 else used.max()
         raise InvalidInput(f"{where} uses joint {wrong}, but its skeleton has {count} joints")
 
@@ -135,52 +135,3 @@ def _to_metres(stage: Any) -> Floats:
     if geometry.GetStageUpAxis(stage) == geometry.Tokens.z:
         return np.eye(3) * scale
     return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) * scale
-
-
-def _part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
-    geometry = imported("pxr.UsdGeom", "usd")
-    where = f"{path}: {mesh.GetPath()}"
-    indices = mesh.GetFaceVertexIndicesAttr()
-    if indices.GetNumTimeSamples() > 1:
-        raise InvalidInput(f"{where}: must keep its faces, but they change over time")
-    frames: list[Floats] = []
-    for code in codes:
-        found = mesh.GetPointsAttr().Get(float(code))
-        if found is None:
-            raise InvalidInput(f"{where}: must have points, but has none at time code {code:g}")
-        points = np.array(found, float).reshape(-1, 3)
-        if frames and points.shape != frames[0].shape:
-            raise InvalidInput(
-                f"{where}: must keep its {len(frames[0])} points, got {len(points)} at time code"
-                f" {code:g}"
-            )
-        world = np.array(
-            geometry.XformCache(float(code)).GetLocalToWorldTransform(mesh.GetPrim()), float
-        )
-        frames.append((points @ world[:3, :3] + world[3, :3]) @ to_metres)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(float(codes[0])) or [], int)
-    corners = np.array(indices.Get(float(codes[0])) or [], int)
-    triangles = _triangles(where, counts, corners, frames[0])
-    left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
-    if left != (np.linalg.det(world[:3, :3]) < 0.0):
-        triangles = triangles[:, ::-1]
-    return Part(mesh.GetPrim().GetName(), triangles, np.array(frames))
-
-
-def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: Floats) -> Indices:
-    """Splits polygons into triangles; `points` (n x 3) are those of the first frame."""
-    if (
-        np.any(counts < 0)
-        or counts.sum() != len(corners)
-        or np.any((corners < 0) | (corners >= len(points)))
-    ):
-        raise InvalidInput(
-            f"{where}: the corner counts of its {len(counts)} faces must add up to {len(corners)},"
-            f" and each corner must be one of its {len(points)} points"
-        )
-    start = np.append(0, np.cumsum(counts))
-    try:
-        triangles: Indices = corners[_core.split_polygons(points[corners], start)]
-    except InvalidInput as error:
-        raise InvalidInput(f"{where}: {error}") from None
-    return triangles

@@ -261,6 +261,7 @@ def cycle(made):
             "has no animation; use loomstone.obstacles.mesh",
         ),
         (lambda made: made.meshes.clear(), {}, r"refers to meshes\[0\], but the file has only 0"),
+        (lambda made: setattr(made.skins[0], "joints", []), {}, "but its skin has only 0"),
         (lambda made: made.scenes.clear(), {}, "must hold a mesh, but holds none"),
         (lambda _: None, {"animation": "Run"}, "animation must be one of 'Bend', got 'Run'"),
         (
@@ -290,6 +291,24 @@ def test_a_truncated_or_foreign_gltf_is_one_sentence(gltf, tmp_path):
         (tmp_path / "odd.gltf").write_text(text)
         with pytest.raises((ls.CacheError, ls.InvalidInput), match="odd.gltf: "):
             ls.obstacles.baked(tmp_path / "odd.gltf")
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (lambda made: made.nodes.append(None), r"nodes\[3\] must be an object, got nothing"),
+        (lambda made: made.scenes.append(None), r"scenes\[1\] must be an object, got nothing"),
+        (lambda made: setattr(made.accessors[0], "count", True), "a whole number, got True"),
+        (
+            lambda made: setattr(made.meshes[0].primitives[0].attributes, "POSITION", "x"),
+            r"attributes.POSITION must be a whole number, got 'x'",
+        ),
+    ],
+)
+def test_values_of_gltf_of_a_wrong_type_are_one_sentence(tmp_path, change, said):
+    path = write_gltf(tmp_path / "odd.glb", change)
+    with pytest.raises(ls.CacheError, match=f"odd.glb: is malformed, .*{said}"):
+        ls.obstacles.baked(path)
 
 
 def unbound(stage, mesh):
@@ -378,6 +397,37 @@ def test_a_crash_of_the_library_is_one_sentence(tmp_path, monkeypatch):
         monkeypatch.setattr("loomstone.exchange.usd_process._PROGRAM", program)
         with pytest.raises(ls.CacheError, match=said):
             ls.obstacles.baked(path)
+
+
+def test_an_error_of_the_reader_itself_is_not_said_of_the_file(gltf, tmp_path, monkeypatch):
+    path = write_usd(tmp_path / "tube.usda")
+    broken = "import loomstone.exchange.usd_reader as r; del r._bake_skins;"
+    program = "from loomstone.exchange.usd_process import serve; serve()"
+    monkeypatch.setattr("loomstone.exchange.usd_process._PROGRAM", f"{broken} {program}")
+    with pytest.raises(RuntimeError, match="NameError: name '_bake_skins' is not defined"):
+        ls.obstacles.baked(path)
+    for error in (AttributeError, TypeError):
+
+        def fail(*_, error=error):
+            raise error("of our own")
+
+        monkeypatch.setattr("loomstone.exchange.gltf_reader.sample_times", fail)
+        with pytest.raises(error, match="^of our own$"):
+            ls.obstacles.baked(gltf)
+
+
+def test_values_of_usd_of_a_wrong_type_are_one_sentence(tmp_path):
+    text = write_usd(tmp_path / "tube.usda").read_text()
+    for old, new, said in (
+        ("int[] faceVertexCounts = ", "asset[] faceVertexCounts = [@x@] #", "faceVertexCounts"),
+        ("point3f[] points = ", "asset points = @x@ #", "points must be an array of another type"),
+        ("uniform token[] joints = ", "uniform int joints = 3 #", "joints must be an array"),
+        ("matrix4d[] bindTransforms = ", "int bindTransforms = 3 #", "bindTransforms must be an"),
+    ):
+        assert old in text
+        (tmp_path / "odd.usda").write_text(text.replace(old, new))
+        with pytest.raises(ls.InvalidInput, match=f"odd.usda: .*{said}"):
+            ls.obstacles.baked(tmp_path / "odd.usda")
 
 
 def test_what_an_export_writes_is_an_obstacle_of_the_next_run(tmp_path):
