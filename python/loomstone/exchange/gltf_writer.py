@@ -28,7 +28,7 @@ _LARGEST = 2**32 - 1  # largest size of a binary glTF file [bytes]
 _KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _FLOAT, _UNSIGNED = 5126, 5125
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
-_REPEAT = 10497
+_REPEAT, _CLAMP_TO_EDGE = 10497, 33071
 
 
 def write_gltf(path: Path, clip: Clip) -> None:
@@ -73,7 +73,6 @@ class _Document:
         self._made.nodes = [root]
         self._made.scenes, self._made.scene = [gltf.Scene(nodes=[0])], 0
         self._content = bytearray()
-        self._times: list[tuple[int, str, int]] = []
         self._deforming: list[tuple[Surface, Motion, Indices, int]] = []
         self._rigid: list[tuple[Motion, int]] = []
 
@@ -174,7 +173,9 @@ class _Document:
         )
         if surface.texture is not None and number == 0:
             look.baseColorFactor = [1.0, 1.0, 1.0, 1.0]
-            look.baseColorTexture = gltf.TextureInfo(index=self._texture(surface.texture))
+            look.baseColorTexture = gltf.TextureInfo(
+                index=self._texture(surface.texture, surface.repeats)
+            )
         made.materials.append(
             gltf.Material(
                 name=surface.name,
@@ -185,7 +186,7 @@ class _Document:
         )
         return len(made.materials) - 1
 
-    def _texture(self, image: Bytes) -> int:
+    def _texture(self, image: Bytes, repeats: bool) -> int:
         """Appends an image; returns the index of its texture."""
         gltf, made = self._gltf, self._made
         content = png_bytes(image)
@@ -194,8 +195,13 @@ class _Document:
         )
         self._content += content + bytes(-len(content) % 4)  # arrays start at multiples of 4 bytes
         made.images.append(gltf.Image(bufferView=len(made.bufferViews) - 1, mimeType="image/png"))
-        made.samplers = made.samplers or [gltf.Sampler(wrapS=_REPEAT, wrapT=_REPEAT)]
-        made.textures.append(gltf.Texture(source=len(made.images) - 1, sampler=0))
+        wrap = _REPEAT if repeats else _CLAMP_TO_EDGE
+        sampler = gltf.Sampler(wrapS=wrap, wrapT=wrap)
+        if sampler not in made.samplers:
+            made.samplers.append(sampler)
+        made.textures.append(
+            gltf.Texture(source=len(made.images) - 1, sampler=made.samplers.index(sampler))
+        )
         return len(made.textures) - 1
 
     def _array(

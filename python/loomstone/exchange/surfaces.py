@@ -40,6 +40,7 @@ class Surface:
     material: Indices  # (m) index into colors
     roughness: float  # [1]
     texture: Bytes | None  # (height x width x 3) sRGB image that replaces colors[0]; None: no image
+    repeats: bool  # whether the texture repeats; otherwise, its border continues outside of it
     texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows if the look has no image
 
     def positions(self, frame: Frame) -> Floats:
@@ -148,6 +149,7 @@ def _cloth(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
         material=np.zeros(len(mine), np.int64),
         roughness=0.9 if look.roughness is None else look.roughness,
         texture=_image(look, color),
+        repeats=look.texture_width > 0.0,
         texture_uv=_texture_uv(look, uv),
     )
 
@@ -182,6 +184,7 @@ def _body(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
         material=material.reshape(-1),
         roughness=0.6 if look.roughness is None else look.roughness,
         texture=_image(look, color) if used[0] == 0 else None,
+        repeats=look.texture_width > 0.0,
         texture_uv=_texture_uv(look, uv),
     )
 

@@ -130,19 +130,19 @@ def _material(stage: Any, surface: Surface, number: int) -> Any:
     color = shader.CreateInput("diffuseColor", types.Color3f)
     color.Set(gf.Vec3f(*map(float, surface.colors[number])))
     if surface.texture is not None and number == 0:
-        color.ConnectToSource(_texture(stage, path, surface.texture, surface.identifier), "rgb")
+        color.ConnectToSource(_texture(stage, path, surface, surface.texture), "rgb")
     shader.CreateInput("roughness", types.Float).Set(float(surface.roughness))
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     return material
 
 
-def _texture(stage: Any, path: str, pixels: Bytes, name: str) -> Any:
+def _texture(stage: Any, path: str, surface: Surface, pixels: Bytes) -> Any:
     """Writes an image to the stage's directory; returns the shader that reads it."""
     shade, sdf = imported("pxr.UsdShade", "usd"), imported("pxr.Sdf", "usd")
     types = sdf.ValueTypeNames
     final = Path(stage.GetRootLayer().realPath)
     stem = final.name.removeprefix("unfinished-").rsplit(".", 1)[0]
-    image = final.with_name(f"{stem}-{name}.png")
+    image = final.with_name(f"{stem}-{surface.identifier}.png")
     partial = image.with_name(f"unfinished-{image.name}")
     partial.write_bytes(png_bytes(pixels))
     partial.replace(image)
@@ -155,7 +155,7 @@ def _texture(stage: Any, path: str, pixels: Bytes, name: str) -> Any:
     texture.CreateInput("file", types.Asset).Set(sdf.AssetPath(f"./{image.name}"))
     texture.CreateInput("sourceColorSpace", types.Token).Set("sRGB")
     for wrap in ("wrapS", "wrapT"):
-        texture.CreateInput(wrap, types.Token).Set("repeat")
+        texture.CreateInput(wrap, types.Token).Set("repeat" if surface.repeats else "clamp")
     texture.CreateInput("st", types.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
     texture.CreateOutput("rgb", types.Float3)
     return texture.ConnectableAPI()
