@@ -52,19 +52,14 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     If the result is not a valid mesh, for example because boxes touch along an edge, only vertices
     of the same part become one vertex.
 
-    names : names of the parts that are used; None: all
-
-    Raises InvalidInput if `names` is empty or contains an unknown name.
+    names : names or paths of the parts that are used; None: all
     """
-    known = [part.name for part in parts]
-    if names is not None and (unknown := [name for name in names if name not in known]):
-        raise InvalidInput(
-            f"{path}: parts must be names of its meshes, {', '.join(map(repr, known))}, got"
-            f" {unknown[0]!r}"
-        )
-    chosen = [part for part in parts if names is None or part.name in names]
+    chosen = parts
+    if names is not None:
+        paths = {_path_named(path, parts, name) for name in names}
+        chosen = [part for part in parts if part.path in paths]
     if not chosen:
-        raise InvalidInput(f"{path}: parts must name a mesh, one of {', '.join(map(repr, known))}")
+        raise InvalidInput(f"{path}: parts must name a mesh, one of {_listed(parts)}")
     whole = _welded(_together(path.stem, chosen))
     try:
         TriangleMesh(whole.frames[0], whole.triangles)
@@ -73,11 +68,38 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     return whole
 
 
+def _path_named(path: Path, parts: list[Part], name: str) -> str:
+    """Returns the path of the part that has this name or, if there is none, this path.
+
+    The first slash of the path may be left out. Parts of glTF can have equal paths.
+    """
+    found = list(dict.fromkeys(part.path for part in parts if part.name == name))
+    if len(found) > 1:
+        raise InvalidInput(
+            f"{path}: parts must tell its meshes apart, but {len(found)} have the name {name!r};"
+            f" name them by their paths, {', '.join(map(repr, found))}"
+        )
+    found = found or [part.path for part in parts if part.path in (name, f"/{name}")]
+    if not found:
+        raise InvalidInput(
+            f"{path}: parts must be names of its meshes, {_listed(parts)}, got {name!r}"
+        )
+    return found[0]
+
+
+def _listed(parts: list[Part]) -> str:
+    """Returns the names of parts for a message; those with the same name are shown by paths."""
+    names = [part.name for part in parts]
+    shown = [part.name if names.count(part.name) == 1 else part.path for part in parts]
+    return ", ".join(map(repr, dict.fromkeys(shown)))
+
+
 def _together(name: str, parts: list[Part]) -> Part:
     """Returns the parts as one part, without joining vertices."""
     starts = np.cumsum([0, *(part.frames.shape[1] for part in parts)])
     triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
-    return Part(name, np.concatenate(triangles), np.concatenate([part.frames for part in parts], 1))
+    frames = np.concatenate([part.frames for part in parts], 1)
+    return Part(name, f"/{name}", np.concatenate(triangles), frames)
 
 
 def mesh_at_rest(path: Path) -> TriangleMesh:
@@ -108,4 +130,4 @@ def _welded(part: Part) -> Part:
     a, b, c = triangles.T
     whole = (a != b) & (b != c) & (c != a)
     used, triangles = np.unique(triangles[whole], return_inverse=True)
-    return Part(part.name, triangles.reshape(-1, 3), part.frames[:, used])
+    return Part(part.name, part.path, triangles.reshape(-1, 3), part.frames[:, used])

@@ -56,7 +56,7 @@ def _sampled(
             mine.append(shape.vertices(poses, weights) @ _UP.T)
     poses, _ = _pose(file, channels, start)
     return [
-        Part(shape.name, shape.triangles_in(poses), np.array(mine))
+        Part(shape.name, shape.path, shape.triangles_in(poses), np.array(mine))
         for shape, mine in zip(shapes, frames, strict=True)
     ], times
 
@@ -64,10 +64,11 @@ def _sampled(
 class _Shape:
     """The triangles of a node, with its morph targets and its skin."""
 
-    def __init__(self, file: GltfFile, number: int) -> None:
+    def __init__(self, file: GltfFile, number: int, path: str) -> None:
         node = file.content.nodes[number]
         mesh = file.item("meshes", node.mesh, f"node {number}")
         self.node, self.name = number, node.name or mesh.name or f"mesh {node.mesh}"
+        self.path = f"{path}/{self.name}"
         self.weights = np.array(mesh.weights or [], float)
         pieces = [_Piece(file, p, self.name, node.skin is not None) for p in mesh.primitives]
         starts = np.cumsum([0, *(len(p.points) for p in pieces)])
@@ -189,11 +190,14 @@ def _skin(file: GltfFile, index: int, name: str) -> tuple[list[int], Floats]:
 
 def _shapes(file: GltfFile) -> list[_Shape]:
     """Returns the shapes of all nodes of the default scene that have a mesh."""
-    return [
-        _Shape(file, number)
-        for number, _ in _tree(file)
-        if file.content.nodes[number].mesh is not None
-    ]
+    nodes = file.content.nodes
+    found: list[_Shape] = []
+    paths: dict[int | None, str] = {None: ""}
+    for number, parent in _tree(file):
+        paths[number] = f"{paths[parent]}/{nodes[number].name or f'node {number}'}"
+        if nodes[number].mesh is not None:
+            found.append(_Shape(file, number, paths[parent]))
+    return found
 
 
 def _tree(file: GltfFile) -> list[tuple[int, int | None]]:

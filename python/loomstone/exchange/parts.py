@@ -31,6 +31,7 @@ class Part:
     """A mesh over time in world space, with z up."""
 
     name: str
+    path: str  # names of the prims or nodes from the root to the mesh: "/body/arm"
     triangles: Indices  # (m x 3)
     frames: Floats  # (f x n x 3) vertices in each frame [m]
 

@@ -66,7 +66,8 @@ def mesh_part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
     left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
     if left != (np.linalg.det(world[:3, :3]) < 0.0):
         triangles = triangles[:, ::-1]
-    return Part(mesh.GetPrim().GetName(), triangles, np.array(frames))
+    prim = mesh.GetPrim()
+    return Part(prim.GetName(), str(prim.GetPath()), triangles, np.array(frames))
 
 
 def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: Floats) -> Indices:

@@ -50,8 +50,8 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
         kind, text = content["error"].tolist()
         raise next((known for known in _ERRORS if known.__name__ == kind), RuntimeError)(text)
     parts = [
-        Part(name, content[f"triangles_{i}"], content[f"frames_{i}"])
-        for i, name in enumerate(content["names"].tolist())
+        Part(name, place, content[f"triangles_{i}"], content[f"frames_{i}"])
+        for i, (name, place) in enumerate(content["names"].tolist())
     ]
     return parts, content["times"]
 
@@ -75,7 +75,8 @@ def serve() -> None:
     except Exception:
         np.savez(result, error=["RuntimeError", traceback.format_exc()])
         return
-    arrays = {"names": np.array([part.name for part in parts], str), "times": times}
+    names = [[part.name, part.path] for part in parts]
+    arrays = {"names": np.array(names, str).reshape(-1, 2), "times": times}
     for i, part in enumerate(parts):
         arrays[f"triangles_{i}"], arrays[f"frames_{i}"] = part.triangles, part.frames
     np.savez(result, **arrays)  # type: ignore[arg-type]

@@ -36,7 +36,7 @@ def baked(
     Skins, blend shapes and moving nodes are baked to vertices that move linearly between samples.
 
     path : .usd, .usda, .usdc, .usdz, .gltf or .glb; its units and up axis become metres and z
-    parts : names of the meshes that form the obstacle; default: all visible ones
+    parts : names, or paths such as "/body/arm", of the meshes that are used; default: all visible
     animation : name of an animation of a glTF file, or names of several that run at the same time;
         needed if the file has more than one
     rate : samples per second [1/s]; default: one per time code for USD, 60 for glTF

@@ -1,0 +1,92 @@
+"""Meshes of the same name in USD and glTF files are told apart by their paths."""
+
+import loomstone as ls
+import numpy as np
+import pytest
+
+SIZES = {"/a/mesh": 0.1, "/b/mesh": 0.2, "/wall": 0.3}  # lengths of the edges of three boxes [m]
+
+
+def write_usd(path):
+    pytest.importorskip("pxr")
+    from pxr import Gf, Usd, UsdGeom, Vt
+
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetStartTimeCode(0.0)
+    stage.SetEndTimeCode(1.0)
+    for name, size in SIZES.items():
+        box = ls.meshes.box(size=(size, size, size))
+        mesh = UsdGeom.Mesh.Define(stage, name)
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(box.vertices.astype(np.float32)))
+        mesh.CreateFaceVertexCountsAttr([3] * box.n_triangles)
+        mesh.CreateFaceVertexIndicesAttr(box.triangles.reshape(-1).tolist())
+        move = UsdGeom.Xformable(mesh).AddTranslateOp()
+        for code in (0, 1):
+            move.Set(Gf.Vec3d(code, 0, 0), code)
+    stage.GetRootLayer().Save()
+    return path
+
+
+def write_gltf(path):
+    g = pytest.importorskip("pygltflib")
+    times = np.array([0, 1], np.float32)
+    shifts = np.array([[0, 0, 0], [1, 0, 0]], np.float32)
+    made, content = g.GLTF2(), bytearray()
+
+    def array(values, kind, component=5126):
+        made.bufferViews.append(
+            g.BufferView(buffer=0, byteOffset=len(content), byteLength=values.nbytes)
+        )
+        content.extend(values.tobytes())
+        made.accessors.append(
+            g.Accessor(
+                bufferView=len(made.bufferViews) - 1,
+                componentType=component,
+                count=len(values),
+                type=kind,
+            )
+        )
+        return len(made.accessors) - 1
+
+    made.nodes = [g.Node(name="a", children=[2]), g.Node(name="b", children=[3])]
+    made.animations = [g.Animation(samplers=[], channels=[])]
+    sampler = g.AnimationSampler(input=array(times, "SCALAR"), output=array(shifts, "VEC3"))
+    made.animations[0].samplers.append(sampler)
+    for number, (name, size) in enumerate(SIZES.items()):
+        box = ls.meshes.box(size=(size, size, size))
+        primitive = g.Primitive(
+            attributes=g.Attributes(POSITION=array(box.vertices.astype(np.float32), "VEC3")),
+            indices=array(box.triangles.reshape(-1).astype(np.uint32), "SCALAR", 5125),
+        )
+        made.meshes.append(g.Mesh(primitives=[primitive]))
+        made.nodes.append(g.Node(name=name.rsplit("/", 1)[1], mesh=number))
+        target = g.AnimationChannelTarget(node=2 + number, path="translation")
+        made.animations[0].channels.append(g.AnimationChannel(sampler=0, target=target))
+    made.scenes, made.scene = [g.Scene(nodes=[0, 1, 4])], 0
+    made.buffers = [g.Buffer(byteLength=len(content))]
+    made.set_binary_blob(bytes(content))
+    made.save_binary(str(path))
+    return path
+
+
+@pytest.mark.parametrize("write, suffix", [(write_usd, "usda"), (write_gltf, "glb")])
+def test_meshes_of_the_same_name_are_chosen_by_path(tmp_path, write, suffix):
+    path = write(tmp_path / f"boxes.{suffix}")
+    for names, sizes in (
+        (["/b/mesh"], [0.2]),
+        (["a/mesh"], [0.1]),
+        (["wall"], [0.3]),
+        (["/wall", "b/mesh"], [0.2, 0.3]),
+        (None, [0.1, 0.2, 0.3]),
+    ):
+        mesh = ls.obstacles.baked(path, rate=1.0, parts=names).mesh
+        found = np.unique(np.round(2 * np.abs(mesh.vertices), 6))
+        assert found.tolist() == sizes and mesh.n_vertices == 8 * len(sizes)
+    said = "2 have the name 'mesh'; name them by their paths, '/a/mesh', '/b/mesh'"
+    with pytest.raises(ls.InvalidInput, match=said):
+        ls.obstacles.baked(path, parts=["mesh"])
+    said = "parts must be names of its meshes, .*'/a/mesh', '/b/mesh'.*, got '/c/mesh'"
+    with pytest.raises(ls.InvalidInput, match=said):
+        ls.obstacles.baked(path, parts=["/c/mesh"])
