@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .._core import CacheError, InvalidInput, TriangleMesh
-from .parts import Part
+from .parts import NO_UV, Part
 from .surfaces import Floats
 
 __all__ = ["SUFFIXES", "joined", "mesh_at_rest", "read_parts"]
@@ -18,13 +18,14 @@ SUFFIXES = USD + GLTF
 
 
 def read_parts(
-    path: Path, *, rate: float | None, animation: list[str] | None
+    path: Path, *, rate: float | None, animation: list[str] | None, with_uv: bool
 ) -> tuple[list[Part], Floats]:
     """Reads the meshes of a USD or glTF file, and the times [s] at which their motion is sampled.
 
     rate : samples per second [1/s]; None: that of the file, or 60 for glTF
     animation : names of animations (glTF only); an empty list: the only animation, or the motion of
         a USD file; None: only the rest pose (glTF) or the first frame (USD)
+    with_uv : whether texture coordinates are read
 
     Raises CacheError if the file cannot be read, Unsupported if the package for its format is
     missing, and InvalidInput if it has no visible mesh or no such animation.
@@ -36,11 +37,11 @@ def read_parts(
 
         if animation:
             raise InvalidInput(f"{path}: USD has no named animations; leave out animation")
-        parts, times = read_usd_apart(path, rate, moving=animation is not None)
+        parts, times = read_usd_apart(path, rate, moving=animation is not None, with_uv=with_uv)
     else:
         from .gltf_reader import read_gltf
 
-        parts, times = read_gltf(path, rate, animation)
+        parts, times = read_gltf(path, rate, animation, with_uv=with_uv)
     if not parts:
         raise InvalidInput(f"{path}: must hold a mesh, but holds none that is visible")
     return parts, times
@@ -60,6 +61,7 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
         chosen = [part for part in parts if part.path in paths]
     if not chosen:
         raise InvalidInput(f"{path}: parts must name a mesh, one of {_listed(parts)}")
+    _check_uv(path, chosen)
     whole = _welded(_together(path.stem, chosen))
     try:
         TriangleMesh(whole.frames[0], whole.triangles)
@@ -94,20 +96,31 @@ def _listed(parts: list[Part]) -> str:
     return ", ".join(map(repr, dict.fromkeys(shown)))
 
 
+def _check_uv(path: Path, parts: list[Part]) -> None:
+    """Raises InvalidInput if some triangles have texture coordinates and others do not."""
+    without = [part for part in parts if np.isnan(part.corner_uv).any()]
+    if without and any(np.isfinite(part.corner_uv).any() for part in parts):
+        raise InvalidInput(
+            f"{path}: either all meshes must have texture coordinates or none, but"
+            f" {without[0].path!r} has none ({NO_UV})"
+        )
+
+
 def _together(name: str, parts: list[Part]) -> Part:
     """Returns the parts as one part, without joining vertices."""
     starts = np.cumsum([0, *(part.frames.shape[1] for part in parts)])
     triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
     frames = np.concatenate([part.frames for part in parts], 1)
-    return Part(name, f"/{name}", np.concatenate(triangles), frames)
+    uv = np.concatenate([part.corner_uv for part in parts])
+    return Part(name, f"/{name}", np.concatenate(triangles), frames, uv)
 
 
-def mesh_at_rest(path: Path) -> TriangleMesh:
+def mesh_at_rest(path: Path, *, with_uv: bool) -> TriangleMesh:
     """Reads the meshes of a file as one mesh, in the first frame (USD) or the rest pose (glTF)."""
-    parts, _ = read_parts(path, rate=None, animation=None)
+    parts, _ = read_parts(path, rate=None, animation=None, with_uv=with_uv)
     whole = joined(path, parts, None)
     try:
-        return TriangleMesh(whole.frames[0], whole.triangles)
+        return whole.first_mesh()
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
 
@@ -130,4 +143,5 @@ def _welded(part: Part) -> Part:
     a, b, c = triangles.T
     whole = (a != b) & (b != c) & (c != a)
     used, triangles = np.unique(triangles[whole], return_inverse=True)
-    return Part(part.name, part.path, triangles.reshape(-1, 3), part.frames[:, used])
+    frames, uv = part.frames[:, used], part.corner_uv[whole]
+    return Part(part.name, part.path, triangles.reshape(-1, 3), frames, uv)

@@ -21,16 +21,17 @@ _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # rotates 
 
 
 def read_gltf(
-    path: Path, rate: float | None, animation: list[str] | None
+    path: Path, rate: float | None, animation: list[str] | None, *, with_uv: bool = False
 ) -> tuple[list[Part], Floats]:
     """Returns the meshes of the default scene over an animation, and the times [s] from its start.
 
     rate : samples per second [1/s]; None: 60
     animation : names of animations that run at the same time; an empty list: the only animation of
         the file; None: only the rest pose
+    with_uv : whether the texture coordinates TEXCOORD_0 are read, with v from the lower edge
     """
     try:
-        return _sampled(GltfFile(path), rate, animation)
+        return _sampled(GltfFile(path), rate, animation, with_uv=with_uv)
     except MALFORMED as error:
         if isinstance(error, Error):
             raise
@@ -38,7 +39,7 @@ def read_gltf(
 
 
 def _sampled(
-    file: GltfFile, rate: float | None, animation: list[str] | None
+    file: GltfFile, rate: float | None, animation: list[str] | None, *, with_uv: bool
 ) -> tuple[list[Part], Floats]:
     channels = [] if animation is None else channels_of(file, animation)
     start = min((c.times[0] for c in channels), default=0.0)
@@ -48,7 +49,7 @@ def _sampled(
             f"{file.path}: the animation must last longer than 0 s, got one keyframe"
         )
     times = sample_times(file.path, length, rate or _RATE)
-    shapes = _shapes(file)
+    shapes = _shapes(file, with_uv=with_uv)
     frames: list[list[Floats]] = [[] for _ in shapes]
     for time in times:
         poses, weights = _pose(file, channels, start + time)
@@ -56,21 +57,26 @@ def _sampled(
             mine.append(shape.vertices(poses, weights) @ _UP.T)
     poses, _ = _pose(file, channels, start)
     return [
-        Part(shape.name, shape.path, shape.triangles_in(poses), np.array(mine))
-        for shape, mine in zip(shapes, frames, strict=True)
+        shape.part(poses, np.array(mine)) for shape, mine in zip(shapes, frames, strict=True)
     ], times
 
 
 class _Shape:
     """The triangles of a node, with its morph targets and its skin."""
 
-    def __init__(self, file: GltfFile, number: int, path: str) -> None:
+    def __init__(self, file: GltfFile, number: int, path: str, *, with_uv: bool) -> None:
         node = file.content.nodes[number]
         mesh = file.item("meshes", node.mesh, f"node {number}")
         self.node, self.name = number, node.name or mesh.name or f"mesh {node.mesh}"
         self.path = f"{path}/{self.name}"
         self.weights = np.array(mesh.weights or [], float)
         pieces = [_Piece(file, p, self.name, node.skin is not None) for p in mesh.primitives]
+        self.corner_uv = np.concatenate(
+            [
+                p.corner_uv(file) if with_uv else np.full((*p.triangles.shape, 2), np.nan)
+                for p in pieces
+            ]
+        )
         starts = np.cumsum([0, *(len(p.points) for p in pieces)])
         self.points = np.concatenate([p.points for p in pieces])
         self.targets = np.concatenate([p.targets for p in pieces], 1)
@@ -94,12 +100,17 @@ class _Shape:
         points = self.points + np.tensordot(share, self.targets[: len(share)], 1)
         return _moved(points, self._matrices(poses))
 
-    def triangles_in(self, poses: dict[int, Floats]) -> Indices:
-        """Returns the triangles, with reversed corners if there is no skin and the node's transform
-        includes a reflection.
+    def part(self, poses: dict[int, Floats], frames: Floats) -> Part:
+        """Returns the part with vertices `frames` (f x n x 3).
+
+        Its triangles have reversed corners if there is no skin and the node's transform includes a
+        reflection.
         """
         mirrored = self.skin is None and np.linalg.det(poses[self.node][:3, :3]) < 0.0
-        return self.triangles[:, ::-1] if mirrored else self.triangles
+        order = slice(None, None, -1 if mirrored else 1)
+        return Part(
+            self.name, self.path, self.triangles[:, order], frames, self.corner_uv[:, order]
+        )
 
     def _matrices(self, poses: dict[int, Floats]) -> Floats:
         """Returns the matrix (4 x 4) to world space; with a skin, one per vertex (n x 4 x 4)."""
@@ -114,7 +125,8 @@ class _Piece:
     """One primitive of a mesh."""
 
     def __init__(self, file: GltfFile, primitive: Any, name: str, skinned: bool) -> None:
-        attributes = attributes_of(primitive.attributes)
+        self._name, self._attributes = name, attributes_of(primitive.attributes)
+        attributes = self._attributes
         position = attributes.get("POSITION")
         if position is None:
             raise InvalidInput(f"{file.path}: {name!r} has no positions")
@@ -129,6 +141,19 @@ class _Piece:
         self.targets = np.array(shifts).reshape(len(shifts), n, 3)
         if skinned:
             self.joints, self.shares = _joints(file, attributes, name)
+
+    def corner_uv(self, file: GltfFile) -> Floats:
+        """Returns the texture coordinates of corners (m x 3 x 2), NaN if there are none."""
+        index = self._attributes.get("TEXCOORD_0")
+        if index is None:
+            return np.full((*self.triangles.shape, 2), np.nan)
+        uv = file.array(index, f"texture coordinates of {self._name!r}")
+        if uv.shape != (len(self.points), 2):
+            raise InvalidInput(
+                f"{file.path}: the texture coordinates of {self._name!r} must be"
+                f" {len(self.points)} x 2 numbers, got {len(uv)} x {uv.shape[1]}"
+            )
+        return np.column_stack([uv[:, 0], 1.0 - uv[:, 1]])[self.triangles]
 
 
 def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indices:
@@ -188,7 +213,7 @@ def _skin(file: GltfFile, index: int, name: str) -> tuple[list[int], Floats]:
     return joints, flat.reshape(-1, 4, 4).transpose(0, 2, 1)
 
 
-def _shapes(file: GltfFile) -> list[_Shape]:
+def _shapes(file: GltfFile, *, with_uv: bool) -> list[_Shape]:
     """Returns the shapes of all nodes of the default scene that have a mesh."""
     nodes = file.content.nodes
     found: list[_Shape] = []
@@ -196,7 +221,7 @@ def _shapes(file: GltfFile) -> list[_Shape]:
     for number, parent in _tree(file):
         paths[number] = f"{paths[parent]}/{nodes[number].name or f'node {number}'}"
         if nodes[number].mesh is not None:
-            found.append(_Shape(file, number, paths[parent]))
+            found.append(_Shape(file, number, paths[parent], with_uv=with_uv))
     return found
 
 

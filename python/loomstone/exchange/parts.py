@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core import InvalidInput
-from .surfaces import Floats, Indices
+from .._core import InvalidInput, TriangleMesh
+from .surfaces import Floats, Indices, uv_table
 
-__all__ = ["MALFORMED", "Part", "sample_times"]
+__all__ = ["MALFORMED", "NO_UV", "Part", "sample_times"]
 
 # Exceptions raised for malformed files, by libraries or by the conversion of the files' content.
 # TypeError and AttributeError are not among them, because they are errors of this package.
@@ -21,6 +21,10 @@ MALFORMED = (
     OverflowError,
     MemoryError,
     RecursionError,
+)
+
+NO_UV = (  # how to read a file without its texture coordinates, for messages
+    "with_uv=False of meshes.read or a look without texture leaves out the texture coordinates"
 )
 
 _MOST = 100_000  # largest number of intervals between the samples of a motion
@@ -34,6 +38,18 @@ class Part:
     path: str  # names of the prims or nodes from the root to the mesh: "/body/arm"
     triangles: Indices  # (m x 3)
     frames: Floats  # (f x n x 3) vertices in each frame [m]
+    corner_uv: Floats  # (m x 3 x 2) texture coordinates of the corners of triangles; NaN: none
+
+    def first_mesh(self) -> TriangleMesh:
+        """Returns the mesh in the first frame, with uv if all corners have them."""
+        mesh = TriangleMesh(self.frames[0], self.triangles)
+        if np.isnan(self.corner_uv).any():
+            return mesh
+        uv, uv_triangles = uv_table(self.triangles, self.corner_uv.reshape(-1, 2))
+        try:
+            return TriangleMesh(mesh.vertices, mesh.triangles, uv, uv_triangles=uv_triangles)
+        except InvalidInput as error:
+            raise InvalidInput(f"{error} ({NO_UV})") from None
 
 
 def sample_times(path: Path, length: float, rate: float) -> Floats:

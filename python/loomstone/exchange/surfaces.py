@@ -14,7 +14,8 @@ from .. import _core
 from .._core import Frame, FrameTopology, Look
 
 __all__ = ["Bytes", "Floats", "Indices", "Surface", "linear_rgb", "png_bytes", "srgb",
-           "surfaces_of", "texture_at_vertices", "vertex_colors", "vertex_normals"]  # fmt: skip
+           "surfaces_of", "texture_at_vertices", "uv_table", "vertex_colors",
+           "vertex_normals"]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -134,7 +135,7 @@ def _cloth(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
     rows = _rows(topology.cloth_of_vertex, index)
     triangles = topology.triangles[mine].astype(np.int64) - rows.start
     corners = (3 * mine[:, None] + np.arange(3)).ravel()
-    uv, uv_triangles = _uv_table(triangles, topology.corner_uv[corners])
+    uv, uv_triangles = uv_table(triangles, topology.corner_uv[corners])
     look = topology.cloth_looks[index] if topology.cloth_looks else Look()
     color = np.asarray(_core.shown_color(look, _core.cloth_color(index)), float)
     return Surface(
@@ -171,7 +172,7 @@ def _body(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
     uv, uv_triangles = np.empty((0, 2)), np.empty((0, 3), np.int64)
     if look.texture is not None:
         corners = (3 * np.flatnonzero(mine)[:, None] + np.arange(3)).ravel()
-        uv, uv_triangles = _uv_table(triangles, topology.body_corner_uv[corners])
+        uv, uv_triangles = uv_table(triangles, topology.body_corner_uv[corners])
     return Surface(
         name=name,
         identifier=_identifier(name, f"body{index}", taken),
@@ -220,8 +221,8 @@ def _rows(owner: NDArray[Any], index: int) -> slice:
     return slice(int(mine[0]), int(mine[-1]) + 1)
 
 
-def _uv_table(triangles: Indices, corner_uv: Floats) -> tuple[Floats, Indices]:
-    """Returns a table of uv (k x 2), and the table row of every corner of the triangles (m x 3).
+def uv_table(triangles: Indices, corner_uv: Floats) -> tuple[Floats, Indices]:
+    """Returns a table of uv (k x 2) and, for the corners of each triangle, its rows (m x 3).
 
     Corners of the same vertex with the same uv share a row. The rows are ordered by vertex.
     """

@@ -40,7 +40,11 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
     return values
 
 
-def mesh_part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
+def mesh_part(path: Path, mesh: Any, codes: Floats, to_metres: Floats, *, with_uv: bool) -> Part:
+    """Returns a mesh at time codes, with texture coordinates if `with_uv` is set and it has any.
+
+    to_metres : (3 x 3) maps points (as rows) of the stage to metres with z up
+    """
     geometry = imported("pxr.UsdGeom", "usd")
     where = f"{path}: {mesh.GetPath()}"
     indices = mesh.GetFaceVertexIndicesAttr()
@@ -62,16 +66,40 @@ def mesh_part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
         frames.append((points @ world[:3, :3] + world[3, :3]) @ to_metres)
     counts = array_of(where, mesh.GetFaceVertexCountsAttr(), float(codes[0]), int).ravel()
     corners = array_of(where, indices, float(codes[0]), int).ravel()
-    triangles = _triangles(where, counts, corners, frames[0])
+    rows = _triangles(where, counts, corners, frames[0])
     left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
     if left != (np.linalg.det(world[:3, :3]) < 0.0):
-        triangles = triangles[:, ::-1]
+        rows = rows[:, ::-1]
+    uv = np.full((*rows.shape, 2), np.nan)
+    if with_uv:
+        uv = _corner_uv(where, mesh, corners, len(frames[0]), float(codes[0]))[rows]
     prim = mesh.GetPrim()
-    return Part(prim.GetName(), str(prim.GetPath()), triangles, np.array(frames))
+    return Part(prim.GetName(), str(prim.GetPath()), corners[rows], np.array(frames), uv)
+
+
+def _corner_uv(where: str, mesh: Any, corners: Indices, points: int, code: float) -> Floats:
+    """Returns the texture coordinates of the corners of faces (c x 2); NaN if there are none."""
+    geometry = imported("pxr.UsdGeom", "usd")
+    primvar = geometry.PrimvarsAPI(mesh).FindPrimvarWithInheritance("st")
+    kinds = geometry.Tokens
+    kind = primvar.GetInterpolation() if primvar and primvar.HasValue() else kinds.constant
+    if kind in (kinds.constant, kinds.uniform):  # one value per mesh or face, which maps no image
+        return np.full((len(corners), 2), np.nan)
+    uv = np.array(primvar.ComputeFlattened(code), float)
+    count = len(corners) if kind == kinds.faceVarying else points
+    if uv.shape != (count, 2):
+        raise InvalidInput(
+            f"{where}: primvars:st must have {count} rows of 2 numbers for the interpolation"
+            f" {kind!r}, got {' x '.join(map(str, uv.shape)) or 'none that are valid'}"
+        )
+    return uv if kind == kinds.faceVarying else uv[corners]
 
 
 def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: Floats) -> Indices:
-    """Splits polygons into triangles; `points` (n x 3) are those of the first frame."""
+    """Splits polygons into triangles (m x 3), whose entries are rows of `corners`.
+
+    points : (n x 3) points in the first frame
+    """
     if (
         np.any(counts < 0)
         or counts.sum() != len(corners)
@@ -83,7 +111,6 @@ def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: 
         )
     start = np.append(0, np.cumsum(counts))
     try:
-        triangles: Indices = corners[_core.split_polygons(points[corners], start)]
+        return np.asarray(_core.split_polygons(points[corners], start), np.int64)
     except InvalidInput as error:
         raise InvalidInput(f"{where}: {error}") from None
-    return triangles

@@ -22,10 +22,13 @@ from .surfaces import Floats
 __all__ = ["read_usd_apart", "serve"]
 
 _PROGRAM = "from loomstone.exchange.usd_process import serve; serve()"
+_ARRAYS = ("triangles", "frames", "corner_uv")  # of a Part
 _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 
 
-def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
+def read_usd_apart(
+    path: Path, rate: float | None, *, moving: bool, with_uv: bool
+) -> tuple[list[Part], Floats]:
     """Reads a file as usd_reader.read_usd does, and raises the same errors.
 
     Also raises CacheError if the process fails or crashes, and RuntimeError with the traceback of
@@ -33,7 +36,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
     """
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.npz"
-        order = json.dumps([str(path.absolute()), str(path), rate, moving, str(result)])
+        order = json.dumps([str(path.absolute()), str(path), rate, moving, with_uv, str(result)])
         done = subprocess.run(
             [sys.executable, "-c", _PROGRAM, order],
             capture_output=True,
@@ -50,7 +53,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
         kind, text = content["error"].tolist()
         raise next((known for known in _ERRORS if known.__name__ == kind), RuntimeError)(text)
     parts = [
-        Part(name, place, content[f"triangles_{i}"], content[f"frames_{i}"])
+        Part(name, place, *(content[f"{kind}_{i}"] for kind in _ARRAYS))
         for i, (name, place) in enumerate(content["names"].tolist())
     ]
     return parts, content["times"]
@@ -60,14 +63,14 @@ def serve() -> None:
     """Reads a USD file in the separate process.
 
     The last argument of the process is a JSON list: the path of the USD file, the path to show in
-    errors, the arguments `rate` and `moving` of read_usd(), and the path of the .npz file to which
-    serve() writes the parts and the times of their frames, or the error.
+    errors, the arguments `rate`, `moving` and `with_uv` of read_usd(), and the path of the .npz
+    file to which serve() writes the parts and the times of their frames, or the error.
     """
     from .usd_reader import read_usd
 
-    path, shown, rate, moving, result = json.loads(sys.argv[-1])
+    path, shown, rate, moving, with_uv, result = json.loads(sys.argv[-1])
     try:
-        parts, times = read_usd(Path(path), rate, moving=moving)
+        parts, times = read_usd(Path(path), rate, moving=moving, with_uv=with_uv)
     except _ERRORS as error:
         kind = next(known for known in _ERRORS if isinstance(error, known))
         np.savez(result, error=[kind.__name__, str(error).replace(path, shown)])
@@ -78,5 +81,5 @@ def serve() -> None:
     names = [[part.name, part.path] for part in parts]
     arrays = {"names": np.array(names, str).reshape(-1, 2), "times": times}
     for i, part in enumerate(parts):
-        arrays[f"triangles_{i}"], arrays[f"frames_{i}"] = part.triangles, part.frames
+        arrays.update({f"{kind}_{i}": getattr(part, kind) for kind in _ARRAYS})
     np.savez(result, **arrays)  # type: ignore[arg-type]

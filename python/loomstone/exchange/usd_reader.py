@@ -17,14 +17,17 @@ from .usd_mesh import array_of, mesh_part
 __all__ = ["read_usd"]
 
 
-def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
+def read_usd(
+    path: Path, rate: float | None, *, moving: bool, with_uv: bool = False
+) -> tuple[list[Part], Floats]:
     """Returns all visible meshes of a file over time, and the times [s], which begin at 0.
 
     Lengths are converted to metres and the up axis to z. Polygons are split into triangles.
     The control mesh of a subdivision surface is taken as it is.
 
     rate : samples per second [1/s]; None: one per time code
-    moving : whether the motion is read; False: only the first frame is read
+    moving : whether the motion is read, or only the first frame
+    with_uv : whether the texture coordinates `primvars:st` are read
     """
     usd, geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
     tf = imported("pxr.Tf", path)
@@ -35,7 +38,9 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
         codes = _first_code(stage) + per_second * times
         _bake_skins(path, stage, codes)
         prims = [prim for prim in _visible(stage) if prim.IsA(geometry.Mesh)]
-        parts = [mesh_part(path, geometry.Mesh(prim), codes, _to_metres(stage)) for prim in prims]
+        to_metres = _to_metres(stage)
+        meshes = [geometry.Mesh(prim) for prim in prims]
+        parts = [mesh_part(path, mesh, codes, to_metres, with_uv=with_uv) for mesh in meshes]
     except tf.ErrorException as error:
         raise CacheError(f"{path}: cannot be read as USD: {_reason(error)}") from None
     except MALFORMED as error:

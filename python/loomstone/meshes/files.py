@@ -22,8 +22,8 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     meshes are read as one, in the first frame (USD) or at rest (glTF), in metres and with z up.
     Other formats need the package meshio.
 
-    with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies need
-        them only for a texture
+    with_uv : whether texture coordinates of OBJ, PLY, USD (primvars:st) and glTF (TEXCOORD_0) are
+        read, unchanged; obstacles and bodies need them only for a texture
 
     Raises CacheError if the file cannot be read or is malformed, InvalidInput if it holds no valid
     mesh, and Unsupported if a package is missing.
@@ -32,7 +32,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     if path.suffix.lower() in (".obj", ".ply"):
         return _core.read_mesh(str(path), with_uv=with_uv)
     if path.suffix.lower() in SUFFIXES:
-        return mesh_at_rest(path)
+        return mesh_at_rest(path, with_uv=with_uv)
     try:
         import meshio
     except ImportError:

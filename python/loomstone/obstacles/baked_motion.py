@@ -44,7 +44,8 @@ def baked(
     name : name in reports and files; default: that of the file
     friction : friction coefficient [1]
     thickness : contact distance [m]; 0: the largest of the cloths, or 1 mm without cloth
-    look : Look, the colour and texture of the obstacle in pictures
+    look : Look, the colour and texture of the obstacle in pictures; with a texture, the texture
+        coordinates of the file are read
 
     Each sample takes 24 bytes per vertex in memory. Vertices that coincide in all samples are
     joined; if this gives no valid mesh, only vertices of the same mesh are joined. USD needs the
@@ -56,14 +57,10 @@ def baked(
     >>> walker = baked("walker.glb", parts=["Body"], animation="Walk")   # doctest: +SKIP
     """
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise InvalidInput(f"{path}: must end in {', '.join(SUFFIXES)}")
-    if isinstance(parts, str):
-        raise InvalidInput(f"parts must be a list of names, got {parts!r}")
-    if rate is not None and not (np.isfinite(rate) and rate > 0):
-        raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+    _check(path, parts, rate)
     names = [animation] if isinstance(animation, str) else list(animation)
-    found, times = read_parts(path, rate=rate, animation=names)
+    textured = look is not None and look.texture is not None
+    found, times = read_parts(path, rate=rate, animation=names, with_uv=textured)
     whole = joined(path, found, None if parts is None else list(parts))
     if (whole.frames == whole.frames[:1]).all():
         raise InvalidInput(
@@ -81,8 +78,17 @@ def baked(
     )
 
 
+def _check(path: Path, parts: Sequence[str] | None, rate: float | None) -> None:
+    if path.suffix.lower() not in SUFFIXES:
+        raise InvalidInput(f"{path}: must end in {', '.join(SUFFIXES)}")
+    if isinstance(parts, str):
+        raise InvalidInput(f"parts must be a list of names, got {parts!r}")
+    if rate is not None and not (np.isfinite(rate) and rate > 0):
+        raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+
+
 def _mesh_at_start(path: Path, part: Part) -> TriangleMesh:
     try:
-        return TriangleMesh(part.frames[0], part.triangles)
+        return part.first_mesh()
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}; name the meshes to use by parts") from None
