@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -40,41 +41,59 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
     return values
 
 
-def mesh_part(path: Path, mesh: Any, codes: Floats, to_metres: Floats, *, with_uv: bool) -> Part:
-    """Returns a mesh at time codes, with texture coordinates if `with_uv` is set and it has any.
+def mesh_part(
+    path: Path, mesh: Any, place: Callable[[float], Floats], codes: Floats, *, with_uv: bool
+) -> Part:
+    """Returns the instances of a mesh at time codes, with texture coordinates if `with_uv` is set
+    and it has any.
 
-    to_metres : (3 x 3) maps points (as rows) of the stage to metres with z up
+    place : function from a time code to matrices (k x 4 x 4), one per instance, that map points (as
+        rows) to metres with z up
     """
     geometry = imported("pxr.UsdGeom", "usd")
     where = f"{path}: {mesh.GetPath()}"
     indices = mesh.GetFaceVertexIndicesAttr()
     if indices.GetNumTimeSamples() > 1:
         raise InvalidInput(f"{where}: must keep its faces, but they change over time")
+    first = float(codes[0])
+    points = _points(where, mesh, first)
+    frames = [_moved(points, place(first))]
+    for code in map(float, codes[1:]):
+        now = _points(where, mesh, code)
+        if now.shape != points.shape:
+            raise InvalidInput(
+                f"{where}: must keep its {len(points)} points, got {len(now)} at time code {code:g}"
+            )
+        frames.append(_moved(now, place(code)))
+    counts = array_of(where, mesh.GetFaceVertexCountsAttr(), first, int).ravel()
+    corners = array_of(where, indices, first, int).ravel()
+    rows = _triangles(where, counts, corners, points)
+    uv = np.full((len(corners), 2), np.nan)
+    if with_uv:
+        uv = _corner_uv(where, mesh, corners, len(points), first)
+    left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
+    turned = left != (np.linalg.det(place(first)[:, :3, :3]) < 0.0)
+    each = [rows[:, ::-1] if reverse else rows for reverse in turned]
+    triangles = [corners[mine] + k * len(points) for k, mine in enumerate(each)]
+    prim = mesh.GetPrim()
+    return Part(
+        prim.GetName(),
+        str(prim.GetPath()),
+        np.concatenate(triangles),
+        np.array(frames),
+        np.concatenate([uv[mine] for mine in each]),
+    )
+
+
+def _points(where: str, mesh: Any, code: float) -> Floats:
     if not mesh.GetPointsAttr().HasValue():
         raise InvalidInput(f"{where}: must have points, but has none")
-    frames: list[Floats] = []
-    for code in codes:
-        points = array_of(where, mesh.GetPointsAttr(), float(code)).reshape(-1, 3)
-        if frames and points.shape != frames[0].shape:
-            raise InvalidInput(
-                f"{where}: must keep its {len(frames[0])} points, got {len(points)} at time code"
-                f" {code:g}"
-            )
-        world = np.array(
-            geometry.XformCache(float(code)).GetLocalToWorldTransform(mesh.GetPrim()), float
-        )
-        frames.append((points @ world[:3, :3] + world[3, :3]) @ to_metres)
-    counts = array_of(where, mesh.GetFaceVertexCountsAttr(), float(codes[0]), int).ravel()
-    corners = array_of(where, indices, float(codes[0]), int).ravel()
-    rows = _triangles(where, counts, corners, frames[0])
-    left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
-    if left != (np.linalg.det(world[:3, :3]) < 0.0):
-        rows = rows[:, ::-1]
-    uv = np.full((*rows.shape, 2), np.nan)
-    if with_uv:
-        uv = _corner_uv(where, mesh, corners, len(frames[0]), float(codes[0]))[rows]
-    prim = mesh.GetPrim()
-    return Part(prim.GetName(), str(prim.GetPath()), corners[rows], np.array(frames), uv)
+    return np.asarray(array_of(where, mesh.GetPointsAttr(), code).reshape(-1, 3))
+
+
+def _moved(points: Floats, matrices: Floats) -> Floats:
+    """Returns the points (n x 3) of all instances, one after the other (k n x 3)."""
+    return np.asarray((points @ matrices[:, :3, :3] + matrices[:, 3:, :3]).reshape(-1, 3))
 
 
 def _corner_uv(where: str, mesh: Any, corners: Indices, points: int, code: float) -> Floats:

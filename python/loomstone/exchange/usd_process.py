@@ -11,11 +11,13 @@ import subprocess
 import sys
 import tempfile
 import traceback
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from .._core import CacheError, Error, InvalidInput, Unsupported
+from ..base.cautions import SceneWarning
 from .parts import Part
 from .surfaces import Floats
 
@@ -52,6 +54,8 @@ def read_usd_apart(
     if "error" in content:
         kind, text = content["error"].tolist()
         raise next((known for known in _ERRORS if known.__name__ == kind), RuntimeError)(text)
+    for sentence in content["warnings"].tolist():
+        warnings.warn(sentence, SceneWarning, stacklevel=2)
     parts = [
         Part(name, place, *(content[f"{kind}_{i}"] for kind in _ARRAYS))
         for i, (name, place) in enumerate(content["names"].tolist())
@@ -70,7 +74,9 @@ def serve() -> None:
 
     path, shown, rate, moving, with_uv, result = json.loads(sys.argv[-1])
     try:
-        parts, times = read_usd(Path(path), rate, moving=moving, with_uv=with_uv)
+        with warnings.catch_warnings(record=True) as issued:
+            warnings.simplefilter("always", SceneWarning)
+            parts, times = read_usd(Path(path), rate, moving=moving, with_uv=with_uv)
     except _ERRORS as error:
         kind = next(known for known in _ERRORS if isinstance(error, known))
         np.savez(result, error=[kind.__name__, str(error).replace(path, shown)])
@@ -79,7 +85,12 @@ def serve() -> None:
         np.savez(result, error=["RuntimeError", traceback.format_exc()])
         return
     names = [[part.name, part.path] for part in parts]
-    arrays = {"names": np.array(names, str).reshape(-1, 2), "times": times}
+    told = [str(w.message).replace(path, shown) for w in issued if w.category is SceneWarning]
+    arrays = {
+        "warnings": np.array(told, str),
+        "names": np.array(names, str).reshape(-1, 2),
+        "times": times,
+    }
     for i, part in enumerate(parts):
         arrays.update({f"{kind}_{i}": getattr(part, kind) for kind in _ARRAYS})
     np.savez(result, **arrays)  # type: ignore[arg-type]

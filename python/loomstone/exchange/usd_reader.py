@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._core import CacheError, Error, InvalidInput
+from ..base.cautions import SceneWarning
 from .extras import imported
 from .parts import MALFORMED, Part, sample_times
 from .surfaces import Floats
 from .usd_mesh import array_of, mesh_part
+from .usd_places import placed_meshes
 
 __all__ = ["read_usd"]
 
@@ -28,25 +31,32 @@ def read_usd(
     rate : samples per second [1/s]; None: one per time code
     moving : whether the motion is read, or only the first frame
     with_uv : whether the texture coordinates `primvars:st` are read
+
+    Issues a SceneWarning if the file has visible shapes that are not meshes.
     """
-    usd, geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
-    tf = imported("pxr.Tf", path)
+    usd, tf = imported("pxr.Usd", path), imported("pxr.Tf", path)
     try:
         stage = usd.Stage.Open(str(path))
         per_second = float(stage.GetTimeCodesPerSecond())
         times = _times(path, stage, rate or per_second) if moving else np.zeros(1)
         codes = _first_code(stage) + per_second * times
         _bake_skins(path, stage, codes)
-        prims = [prim for prim in _visible(stage) if prim.IsA(geometry.Mesh)]
-        to_metres = _to_metres(stage)
-        meshes = [geometry.Mesh(prim) for prim in prims]
-        parts = [mesh_part(path, mesh, codes, to_metres, with_uv=with_uv) for mesh in meshes]
+        meshes, left_out = placed_meshes(path, stage, _to_metres(stage), float(codes[0]))
+        parts = [mesh_part(path, mesh, place, codes, with_uv=with_uv) for mesh, place in meshes]
     except tf.ErrorException as error:
         raise CacheError(f"{path}: cannot be read as USD: {_reason(error)}") from None
     except MALFORMED as error:
         if isinstance(error, Error):
             raise
         raise CacheError(f"{path}: is malformed, and cannot be read as USD: {error!r}") from None
+    if left_out:
+        warnings.warn(
+            f"{path}: only meshes are read, so {len(left_out)} other visible shapes are left out:"
+            f" {', '.join(left_out[:3])}{', ...' if len(left_out) > 3 else ''}; convert them to"
+            " meshes in the program that wrote the file",
+            SceneWarning,
+            stacklevel=2,
+        )
     return parts, times
 
 
@@ -69,20 +79,6 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
             " loomstone.obstacles.mesh(loomstone.meshes.read(path))"
         )
     return sample_times(path, (last - first) / stage.GetTimeCodesPerSecond(), rate)
-
-
-def _visible(stage: Any) -> Any:
-    """Yields all prims, also those in instances, except invisible ones, guides and proxies."""
-    usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
-    hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
-    for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
-        image = geometry.Imageable(prim)
-        if image and (
-            image.ComputeVisibility() == geometry.Tokens.invisible
-            or image.ComputePurpose() in hidden
-        ):
-            continue
-        yield prim
 
 
 def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
@@ -134,9 +130,11 @@ def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
 
 
 def _to_metres(stage: Any) -> Floats:
-    """Returns the matrix (3 x 3) that maps points (as rows) of the stage to metres with z up."""
+    """Returns the matrix (4 x 4) that maps points (as rows) of the stage to metres with z up."""
     geometry = imported("pxr.UsdGeom", "usd")
     scale = float(geometry.GetStageMetersPerUnit(stage))
-    if geometry.GetStageUpAxis(stage) == geometry.Tokens.z:
-        return np.eye(3) * scale
-    return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) * scale
+    found = np.eye(4)
+    found[:3, :3] *= scale
+    if geometry.GetStageUpAxis(stage) != geometry.Tokens.z:
+        found[1:3, 1:3] = [[0.0, scale], [-scale, 0.0]]
+    return found
