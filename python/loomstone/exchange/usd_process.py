@@ -70,10 +70,10 @@ def serve() -> None:
     errors, the arguments `rate`, `moving` and `with_uv` of read_usd(), and the path of the .npz
     file to which serve() writes the parts and the times of their frames, or the error.
     """
-    from .usd_reader import read_usd
-
     path, shown, rate, moving, with_uv, result = json.loads(sys.argv[-1])
     try:
+        from .usd_reader import read_usd
+
         with warnings.catch_warnings(record=True) as issued:
             warnings.simplefilter("always", SceneWarning)
             parts, times = read_usd(Path(path), rate, moving=moving, with_uv=with_uv)

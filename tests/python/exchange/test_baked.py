@@ -406,6 +406,10 @@ def test_an_error_of_the_reader_itself_is_not_said_of_the_file(gltf, tmp_path, m
     monkeypatch.setattr("loomstone.exchange.usd_process._PROGRAM", f"{broken} {program}")
     with pytest.raises(RuntimeError, match="NameError: name '_bake_skins' is not defined"):
         ls.obstacles.baked(path)
+    broken = "import sys; sys.modules['loomstone.exchange.usd_reader'] = None;"
+    monkeypatch.setattr("loomstone.exchange.usd_process._PROGRAM", f"{broken} {program}")
+    with pytest.raises(RuntimeError, match="import of loomstone.exchange.usd_reader halted"):
+        ls.obstacles.baked(path)
     for error in (AttributeError, TypeError):
 
         def fail(*_, error=error):
