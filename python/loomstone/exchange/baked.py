@@ -54,6 +54,8 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     of the same part become one vertex.
 
     names : names or paths of the parts that are used; None: all
+
+    Raises InvalidInput if `names` is empty or contains an unknown or ambiguous name.
     """
     chosen = parts
     if names is not None:

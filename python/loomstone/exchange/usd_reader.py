@@ -29,7 +29,7 @@ def read_usd(
     The control mesh of a subdivision surface is taken as it is.
 
     rate : samples per second [1/s]; None: one per time code
-    moving : whether the motion is read, or only the first frame
+    moving : whether the motion is read; False: only the first frame is read
     with_uv : whether the texture coordinates `primvars:st` are read
 
     Issues a SceneWarning if the file has visible shapes that are not meshes.
