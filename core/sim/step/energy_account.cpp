@@ -206,7 +206,11 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
       std::max({scale, share_of_work * work, rounding_energy(part.h, engines.model)});
   if (in_part > *engines.accuracy * most) return std::max(least, part.length / 2);
   const double gain = at_end - account.start_of_contacts;
-  if (damps && gain > tolerated && in_part > share_of_rise * tolerated)
+  const double all_work = std::max(std::abs(account.scripts), std::abs(account.loads));
+  const double most_rise =
+      gain_tolerance * *engines.accuracy *
+      std::max({scale, share_of_work * all_work, rounding_energy(part.h, engines.model)});
+  if (damps && gain > most_rise && in_part > share_of_rise * most_rise)
     return std::max(least, part.length / 2);
   if (by_contacts <= tolerated || gain + energy <= tolerated) return part.length;
   const std::vector<double> energies =
