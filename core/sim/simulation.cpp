@@ -159,6 +159,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
   check_attachments(integrator, data_->model);
   data_->digests = digests(scene, integrator);
+  check_same_on_ranks(*data_->communicator, data_->digests);
   together(*data_->communicator,
            [&] { data_->steps = choose_steps(integrator, data_->model, data_->state); });
   data_->options = integrator;

@@ -204,3 +204,38 @@ def test_all_ranks_are_refused_a_run_that_another_process_writes(scene, tmp_path
         said = f"{out} must be written by one process at a time, but process {os.getpid()} on"
         assert done.returncode == 0 and done.stdout.count(said) == 4, done.stdout + done.stderr
     assert ranks(2, "-m", "loomstone", "resume", out).returncode == 0
+
+
+DIFFERENT = """
+import os
+import loomstone as ls
+rank = int(os.environ["OMPI_COMM_WORLD_RANK"])
+cells = 6 + (rank if {what!r} == "mesh" else 0)
+gravity = (0, 0, -9.81 - (rank if {what!r} == "gravity" else 0))
+step = 4e-3 + (1e-3 * rank if {what!r} == "step" else 0)
+mesh = ls.grid(size=(0.3, 0.3), cells=(cells, cells))
+scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], gravity=gravity)
+try:
+    ls.Simulation(
+        scene,
+        integrator=ls.SemiImplicitEuler(step=step),
+        communicator=ls.ranks.mpi_communicator(),
+        threads=1,
+    )
+except ls.InvalidInput as error:
+    print(rank, error, flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("what", "field"),
+    [("mesh", "scene.cloths"), ("gravity", "scene.gravity"), ("step", "integrator.step")],
+)
+def test_ranks_with_different_scenes_are_refused(tmp_path, what, field):
+    script = tmp_path / "different.py"
+    script.write_text(DIFFERENT.format(what=what))
+    done = subprocess.run(
+        command(3, script), capture_output=True, text=True, timeout=60, env=ENVIRONMENT
+    )
+    said = f"those of rank 1 differ from those of rank 0 in {field}; do not let them depend"
+    assert done.stdout.count(said) == 3, done.stdout + done.stderr

@@ -9,7 +9,9 @@
 
 #include "core/base/choice.h"
 #include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/word_hash.h"
+#include "core/parallel/shared_work.h"
 
 namespace loomstone {
 
@@ -100,10 +102,24 @@ class Digest {
   WordHash hash_;
 };
 
+using Digests = std::map<std::string, std::string>;
+
+// Returns the names of the fields whose digests differ, joined by commas.
+std::string differing(const Digests& one, const Digests& other) {
+  std::string differ;
+  const auto note = [&](const std::string& name) { differ += (differ.empty() ? "" : ", ") + name; };
+  for (const auto& [name, digest] : one)
+    if (const auto found = other.find(name); found == other.end() || found->second != digest)
+      note(name);
+  for (const auto& [name, digest] : other)
+    if (!one.count(name)) note(name);
+  return differ;
+}
+
 }  // namespace
 
-std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options) {
-  std::map<std::string, std::string> all;
+Digests digests(const Scene& scene, const IntegratorOptions& options) {
+  Digests all;
   const auto note = [&](const std::string& whose) {
     return [&all, whose](const char* name, std::uint64_t sum) {
       char text[17];
@@ -121,16 +137,40 @@ std::map<std::string, std::string> digests(const Scene& scene, const IntegratorO
   return all;
 }
 
-void check_digests(const std::map<std::string, std::string>& kept,
-                   const std::map<std::string, std::string>& now) {
-  if (kept.empty() || kept == now) return;
-  std::string differ;
-  const auto note = [&](const std::string& name) { differ += (differ.empty() ? "" : ", ") + name; };
-  for (const auto& [name, digest] : kept)
-    if (const auto found = now.find(name); found == now.end() || found->second != digest)
-      note(name);
-  for (const auto& [name, digest] : now)
-    if (!kept.count(name)) note(name);
+void check_same_on_ranks(const Communicator& ranks, const Digests& digests) {
+  if (ranks.size() == 1) return;
+  const Gathered<char> all = gather_from_ranks(ranks, [&] {
+    std::vector<char> text;
+    for (const auto& [name, digest] : digests)
+      for (const std::string& word : {name, digest})
+        text.insert(text.end(), word.c_str(), word.c_str() + word.size() + 1);
+    return text;
+  });
+  const auto digests_of = [&](int rank) {
+    Digests found;
+    const char* next = all.elements.data() + all.start[rank];
+    const char* const end = all.elements.data() + all.start[rank + 1];
+    while (next < end) {
+      const std::string name = next, digest = next + name.size() + 1;
+      next += name.size() + digest.size() + 2;
+      found[name] = digest;
+    }
+    return found;
+  };
+  const Digests first = digests_of(0);
+  for (int rank = 1; rank < ranks.size(); ++rank)
+    if (const std::string differ = differing(first, digests_of(rank)); !differ.empty())
+      fail<InvalidInput>(
+          "all ranks must be given the same scene and integrator, but those of rank {} differ from "
+          "those of rank 0 in {}; do not let them depend on the rank, on the time or on random "
+          "numbers without a seed",
+          rank, differ);
+}
+
+void check_digests(const Digests& kept, const Digests& now) {
+  if (kept.empty()) return;
+  const std::string differ = differing(kept, now);
+  if (differ.empty()) return;
   throw CacheError("the checkpoint is of another scene or integrator (these differ: " + differ +
                    "); continue with those of the run, or begin a new run from its last positions "
                    "and velocities");

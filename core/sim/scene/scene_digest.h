@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/integration/options.h"
+#include "core/parallel/communicator.h"
 #include "core/sim/scene/scene.h"
 
 namespace loomstone {
@@ -16,6 +17,11 @@ namespace loomstone {
 // Floating-point numbers are hashed in single precision, and magnitudes below 1e-12 as zero,
 // because the last digits of sines may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
+
+// Collective. Throws InvalidInput on all ranks if the digests of a rank differ from those of rank
+// 0. The message names these fields.
+void check_same_on_ranks(const Communicator& ranks,
+                         const std::map<std::string, std::string>& digests);
 
 // Throws a CacheError that lists the fields whose stored and current digests differ, if there are
 // any. A checkpoint without digests passes.

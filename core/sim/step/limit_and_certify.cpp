@@ -112,6 +112,9 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
                    StepReport& report) {
   report.seconds.limit += done.limit_seconds;
   report.seconds.certify -= done.limit_seconds;
+  // Stepper::collide() counts all waiting in this stage as that of collision handling.
+  report.ranks.collision_waiting -= done.limit_waiting;
+  report.ranks.collision_computing += done.limit_waiting;
   report.limits.sweeps += done.limits.sweeps;
   report.limits.evaluations += done.limits.evaluations;
   if (limited) report.limits.rounds = std::max(report.limits.rounds, done.rounds);
@@ -143,7 +146,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   collision_vertices(model, state, x1);
   FreeBodies bodies = free_bodies(loads, state, engines);
   ConstrainInputs inputs;
-  inputs.team = &engines.team, inputs.collision_team = &engines.collision_team;
+  inputs.team = &engines.team, inputs.collision_team = &engines.collision_team,
+  inputs.ranks = &engines.layout.communicator();
   inputs.cloth = &model.cloth;
   inputs.limiter = limiter;
   inputs.collision = engines.collision.get();
@@ -152,8 +156,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.limits_in_solve = engines.limits_in_solve;
   if (inputs.limits_in_solve) inputs.loaded = loaded_vertices(model, near);
   if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
-  inputs.seed = part.seed;
-  inputs.h = part.h;
+  inputs.seed = part.seed, inputs.h = part.h;
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
   inputs.scripted_speed = scripted_speed(part, loads.x0, x1, model);

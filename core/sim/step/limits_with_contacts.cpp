@@ -75,6 +75,7 @@ class Constraining {
       best_report_.limits.sweeps = report_.limits.sweeps,
       best_report_.limits.evaluations = report_.limits.evaluations;
       best_report_.limit_seconds = report_.limit_seconds;
+      best_report_.limit_waiting = report_.limit_waiting;
       best_report_.rounds = report_.rounds, best_report_.fallbacks = report_.fallbacks;
       report_ = best_report_;
     }
@@ -100,6 +101,7 @@ class Constraining {
   void limit(const std::vector<Index>& held) {
     if (!in_.limiter) return;
     const auto start = std::chrono::steady_clock::now();
+    const double waiting = in_.ranks->traffic().waiting;
     const Points wanted = x1_;
     LimitReport done = in_.limiter->enforce(*in_.team, in_.seed, held, x1_);
     bool taken_back = done.beyond > 0 && in_.limits_hold && take_back(wanted);
@@ -125,6 +127,7 @@ class Constraining {
     report_.limits = done;
     report_.limits.sweeps = sweeps;
     report_.limits.evaluations = evaluations;
+    report_.limit_waiting += in_.ranks->traffic().waiting - waiting;
     report_.limit_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }

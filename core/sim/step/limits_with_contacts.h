@@ -31,8 +31,9 @@ struct ConstrainInputs {
   // false: strain is limited along edges (LimitMethod::Edges). These limits are enforced once,
   // before certification, and neither checked nor enforced again after it.
   bool limits_hold = true;
-  bool limits_in_solve = false;         // the solve has limited strain as well
-  std::vector<Index> loaded;            // cloth vertices that limiting must not move
+  bool limits_in_solve = false;  // the solve has limited strain as well
+  std::vector<Index> loaded;     // cloth vertices that limiting must not move
+  const Communicator* ranks = nullptr;
   CollisionStage* collision = nullptr;  // null: see Engines::collision
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
@@ -68,7 +69,8 @@ struct ConstrainReport {
   // an excess in one part, the correction divided by the length of the part is not a velocity of
   // the cloth. Neither is a correction by which certification would increase the kinetic energy.
   Points at_rest;
-  double limit_seconds = 0.0;
+  double limit_seconds = 0.0;  // time spent on sweeps of limiting [s]
+  double limit_waiting = 0.0;  // time spent waiting for other ranks in them [s]
   std::vector<Index> touched;  // cloth vertices that certification moved
 };
 
