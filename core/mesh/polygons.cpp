@@ -71,9 +71,16 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
     squares += (next - here).squaredNorm();
   }
   const double least = rounding * squares;
-  // There is no plane to project on if the area vanishes or is not finite. TriangleMesh rejects
-  // triangles without area and coordinates that are not finite.
-  if (!(area.norm() > least)) return triangles;
+  // There is no plane to project on if the area vanishes or is not finite. If the area vanishes
+  // although triangles have one, the outline crosses itself. TriangleMesh rejects triangles without
+  // area and coordinates that are not finite.
+  if (!(area.norm() > least)) {
+    const auto has_area = [&](const std::array<int, 3>& t) {
+      const Vec3& origin = corners[t[0]];
+      return (corners[t[1]] - origin).cross(corners[t[2]] - origin).norm() > least;
+    };
+    return std::any_of(triangles.begin(), triangles.end(), has_area) ? Fan() : triangles;
+  }
   const std::vector<Vec2> flat = flattened(corners, area);
   const auto lies_right = [&](const std::array<int, 3>& t) {
     return area2(flat[t[0]], flat[t[1]], flat[t[2]]) > least;

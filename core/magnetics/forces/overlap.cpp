@@ -108,10 +108,12 @@ Vec3 moved_outside(const Source& solid, const Vec3& point) {
 
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names) {
-  // Pairs are found by sweeping along x. `left` is the smallest x of each bounding sphere [m].
+  // Pairs are found by sweeping along x. `left` is the smallest x of each bounding sphere [m]. The
+  // margin ensures that wires that only touch each other are tested, too.
+  constexpr double with_margin = 1.0 + 1e-5;
   std::vector<double> left;
   for (const MagneticBody& body : bodies)
-    left.push_back(body.pose.position.x() - body.source->radius());
+    left.push_back(body.pose.position.x() - with_margin * body.source->radius());
   std::vector<std::size_t> order(bodies.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
@@ -120,8 +122,7 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
   std::vector<std::pair<std::size_t, std::size_t>> found;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const MagneticBody& body = bodies[order[i]];
-    // The margin of 1e-5 radii ensures that wires that only touch each other are tested, too.
-    const double right = body.pose.position.x() + (1.0 + 1e-5) * body.source->radius();
+    const double right = body.pose.position.x() + with_margin * body.source->radius();
     for (std::size_t k = i + 1; k < order.size() && left[order[k]] < right; ++k)
       if (overlap(body, bodies[order[k]]) || wires_meet(body, bodies[order[k]]))
         found.push_back(std::minmax(order[i], order[k]));
