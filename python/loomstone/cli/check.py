@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from ..runs.cache import Run
-from ..runs.scene_file import SceneFile, parse_parameters
+from ..runs.parameters import given_parameters
+from ..runs.scene_file import SceneFile
 from .application import app, session
 from .facts import facts
 from .inspection import check_run, check_scene, describe, print_source
@@ -41,7 +42,7 @@ def check(
         if path.is_dir() or path.suffix == ".vtkhdf":
             good = check_run(Run(path.absolute()), trust=trust)
         else:
-            good = check_scene(SceneFile.open(path, parse_parameters(p)), render)
+            good = check_scene(SceneFile.open(path, given_parameters(p)), render)
         if not good:
             raise typer.Exit(1)
 

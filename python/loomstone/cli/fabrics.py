@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..runs.scene_file import parse_parameters
+from ..runs.parameters import parse_parameters
 from .application import app, report, session
 from .options import Threads
 

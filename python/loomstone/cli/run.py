@@ -20,7 +20,8 @@ from ..runs.execution import execute
 from ..runs.frame_times import told_of_part_frame
 from ..runs.lock import check_unlocked
 from ..runs.options import RunOptions
-from ..runs.scene_file import SceneFile, parse_parameters, stored_options
+from ..runs.parameters import given_parameters
+from ..runs.scene_file import SceneFile, stored_options
 from ..runs.signals import Interrupted
 from ..runs.stored_scene import StoredScene, begun_in_python
 from ..runs.writer import check_room
@@ -108,7 +109,7 @@ def run(
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
         words.say(f"reading {scene}")
-        file = SceneFile.open(scene, parse_parameters(p))
+        file = SceneFile.open(scene, given_parameters(p))
         options = (
             file.integrator
             if integrator is None

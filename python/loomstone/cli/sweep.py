@@ -17,7 +17,7 @@ from ..runs.frame_times import told_of_part_frame
 from ..runs.scene_file import SceneFile
 from ..runs.signals import Interrupted
 from ..sweeps.engines import Command, on_dask, on_this_machine
-from ..sweeps.plan import Point, claim, parse_values, points_of
+from ..sweeps.plan import Point, claim, open_with, parse_values, points_of
 from ..sweeps.point import finished
 from ..sweeps.results import FIGURES, check_figures, plot_figures, write_table
 from .application import app, session
@@ -70,11 +70,11 @@ def sweep(
     with session(parallel=False):
         check_figures(plot)
         target = out or Path("out") / f"{scene.stem}-sweep"
-        values = parse_values(p)
+        file, values = _read_values(scene, p)
         points = points_of(values, scene, target)
         given = {"duration": duration, "rate": rate, "step": step, "integrator": integrator}
         options = {name: value for name, value in given.items() if value is not None}
-        _begin(SceneFile.open(scene, points[0].parameters), target, given, scheduler)
+        _begin(file, target, given, scheduler)
         arguments = [str(scene.resolve())]
         for name, value in options.items():
             arguments += [f"--{name}", str(value)]
@@ -94,6 +94,13 @@ def sweep(
             print(f"failed with exit code {code}: {point.directory / 'log.txt'}")
         if failed:
             raise typer.Exit(1)
+
+
+def _read_values(scene: Path, p: list[str]) -> tuple[SceneFile, dict[str, list[Any]]]:
+    """Returns the scene file with the first value of each parameter, and all values."""
+    values = parse_values(p)
+    file = open_with(scene, {name: each[0] for name, each in values.items()})
+    return file, parse_values(p, file.texts)
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:

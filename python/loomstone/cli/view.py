@@ -10,7 +10,8 @@ import typer
 from .._core import Camera, InvalidInput, RenderOptions
 from ..pictures.directory import drawn_with
 from ..runs.cache import Run
-from ..runs.scene_file import SceneFile, parse_parameters
+from ..runs.parameters import given_parameters
+from ..runs.scene_file import SceneFile
 from ..viewer import Live, Player, live, play, write_html
 from .application import app, session
 from .options import Parameters, Threads
@@ -46,7 +47,7 @@ def view(
         if source.suffix == ".py":
             if html is not None:
                 raise InvalidInput("--html needs a run, got a scene file; simulate it first")
-            file = SceneFile.open(source, parse_parameters(p))
+            file = SceneFile.open(source, given_parameters(p))
             shown: Live | Player = live(
                 file.scene(),
                 integrator=file.integrator,

@@ -17,10 +17,8 @@ relative to its directory. check() finds the directory of the run in run.directo
 
 from __future__ import annotations
 
-import ast
 import difflib
 import inspect
-import json
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -31,14 +29,19 @@ from .. import _core
 from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
 from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
+from .parameters import Parameter, parameters_of
 from .scene_module import absolute_files, execute_module, in_directory_of
 from .stored_program import Stored, stored_program
 
-__all__ = ["SceneFile", "parse_parameters", "stored_options"]
+__all__ = ["SceneFile", "stored_options"]
 
 
 class SceneFile:
-    """A scene file, together with values for its parameters."""
+    """A scene file, together with values for its parameters.
+
+    known : default of each parameter of scene()
+    parameters : values of the parameters that were given
+    """
 
     def __init__(self, path: Path, source: str, parameters: dict[str, Any]) -> None:
         self.path, self.source = path, source
@@ -53,11 +56,9 @@ class SceneFile:
         self._function: Callable[..., Scene] = function
         accepted = inspect.signature(function).parameters.values()
         self._any_name = any(p.kind is p.VAR_KEYWORD for p in accepted)
-        self.known = {
-            p.name: p.default
-            for p in accepted
-            if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
-        }
+        names = getattr(inspect.unwrap(function), "__globals__", vars(self._module))
+        self._parameters = parameters_of(function, names)
+        self.known = {name: each.default for name, each in self._parameters.items()}
         self.parameters = {name: self._value(name, value) for name, value in parameters.items()}
         missing = [
             name for name, default in self.known.items() if default is inspect.Parameter.empty
@@ -69,7 +70,10 @@ class SceneFile:
 
     @classmethod
     def open(cls, path: Path, parameters: dict[str, Any]) -> SceneFile:
-        """Reads a scene file in its current state."""
+        """Reads a scene file in its current state.
+
+        parameters : a Given or a value for each name
+        """
         if path.suffix.lower() in _MESHES:
             raise InvalidInput(
                 f"{path} is a mesh, not a scene file; read it in a scene file by"
@@ -83,7 +87,14 @@ class SceneFile:
             raise CacheError(
                 f"{path}: scene file cannot be read: it is not a text file; give a Python file"
             ) from error
-        return cls(path.resolve(), source, absolute_files(parameters))
+        file = cls(path.resolve(), source, parameters)
+        file.parameters = absolute_files(file.parameters)
+        return file
+
+    @property
+    def texts(self) -> set[str]:
+        """Names of the parameters whose values are always texts."""
+        return {name for name, each in self._parameters.items() if each.takes_text}
 
     @classmethod
     def of_run(cls, run: Stored, *, trust: bool = False) -> SceneFile:
@@ -237,17 +248,11 @@ class SceneFile:
                 else f"known: {', '.join(self.known) or 'none'}"
             )
             raise InvalidInput(f"{self.path.name}: scene() has no parameter {name!r}; {hint}")
-        default = self.known.get(name)
-        if isinstance(default, bool) and value in ("true", "false"):
-            return value == "true"
-        if isinstance(default, float) and isinstance(value, int):
-            return float(value)
-        if isinstance(default, (bool, int, float, str)) and type(value) is not type(default):
-            raise InvalidInput(
-                f"{self.path.name}: parameter {name} must be {_ARTICLES[type(default)]} like"
-                f" {default!r}, got {value!r}"
-            )
-        return value
+        known = self._parameters.get(name) or Parameter(name, None, Any)
+        try:
+            return known.read(value)
+        except InvalidInput as error:
+            raise InvalidInput(f"{self.path.name}: {error}") from None
 
 
 def _kind(error: Exception) -> str:
@@ -256,44 +261,6 @@ def _kind(error: Exception) -> str:
 
 
 _MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".usd", ".usda", ".usdc", ".abc", ".fbx")
-_ARTICLES = {bool: "a bool", int: "an int", float: "a float", str: "a str"}
-
-
-def parse_parameters(items: list[str]) -> dict[str, Any]:
-    """Parses items such as "triangles=5000" and "fabric=silk".
-
-    Values are Python literals where possible, and text otherwise.
-    """
-    parameters: dict[str, Any] = {}
-    for item in items:
-        name, equals, text = item.partition("=")
-        if not equals or not name.isidentifier():
-            raise InvalidInput(
-                f"-p must be name=value, got {item!r}; for instance -p triangles=5000"
-            )
-        try:
-            value = ast.literal_eval(text)
-        except (ValueError, SyntaxError):
-            value = text
-        if (
-            isinstance(value, float)
-            and value.is_integer()
-            and "e" in text.lower()
-            and "." not in text
-        ):
-            value = int(value)  # a value such as 5e3 counts as a whole number
-        if name in parameters:
-            raise InvalidInput(
-                f"-p {name} must be given once, got {parameters[name]!r} and {value!r}"
-            )
-        try:
-            json.dumps(value)
-        except (TypeError, ValueError):
-            raise InvalidInput(
-                f"-p {name} must be a number, text, list or dict, got {text}"
-            ) from None
-        parameters[name] = value
-    return parameters
 
 
 def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions]:

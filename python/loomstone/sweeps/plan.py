@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from .._core import CacheError, InvalidInput
-from ..runs.scene_file import SceneFile, parse_parameters
+from ..runs.parameters import Given, given_parameters
+from ..runs.scene_file import SceneFile
 from ..runs.writer import visible_names
 
-__all__ = ["MOST_POINTS", "Point", "claim", "parse_values", "points_of"]
+__all__ = ["MOST_POINTS", "Point", "claim", "open_with", "parse_values", "points_of"]
 
 MOST_POINTS = 100_000
 _LONGEST_NAME = 120  # longest name without a hash; file systems allow 255 bytes
@@ -35,13 +36,15 @@ class Point:
         return self.directory.name
 
 
-def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
+def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str, list[Any]]:
     """Returns the values of each parameter of a sweep.
 
     Values are separated by commas. first:last:count gives equally spaced values, which are integers
     if all of them are whole and the text has no decimal point. Raises InvalidInput unless each item
     is name=values, each name is given once, the values of a name differ, and ranges have finite
     ends and a count of at least 2.
+
+    texts : names of the parameters whose values stay as they are given
 
     >>> parse_values(["triangles=800,3200", "friction=0.1:0.5:5"])
     {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}
@@ -50,14 +53,9 @@ def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
     """
     found: dict[str, list[Any]] = {}
     for item in items:
-        name, _, text = item.partition("=")
-        values = [
-            value
-            for piece in _pieces(text)
-            for value in _spaced(name, piece) or parse_parameters([f"{name}={piece}"]).values()
-        ]
-        if "=" not in item:
-            parse_parameters([item])  # raises the error that states the expected form
+        name, text = next((each.name, each.text) for each in given_parameters([item]).values())
+        pieces = _pieces(text)
+        values = [value for piece in pieces for value in _values(name, piece, name in texts)]
         if name in found:
             raise InvalidInput(f"-p {name} must be given once; separate its values by commas")
         keys = [json.dumps(value) for value in values]
@@ -80,6 +78,11 @@ def _pieces(text: str) -> list[str]:
         else:
             pieces[-1] += character
     return [piece for piece in pieces if piece] or [""]
+
+
+def _values(name: str, piece: str, text: bool) -> list[Any]:
+    given = Given(name, piece)
+    return [given.words] if text else _spaced(name, piece) or [given.value]
 
 
 def _spaced(name: str, text: str) -> list[Any]:
@@ -115,12 +118,17 @@ def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Poin
     for name, several in values.items():
         for value in several:
             others = {other: each[0] for other, each in values.items()}
-            SceneFile.open(scene, {**others, name: value})
+            open_with(scene, {**others, name: value})
     return [
         Point(chosen, out / _directory_name(chosen))
         for combination in itertools.product(*values.values())
         for chosen in [dict(zip(values, combination, strict=True))]
     ]
+
+
+def open_with(scene: Path, parameters: dict[str, Any]) -> SceneFile:
+    """Opens a scene file with the values of a Point, which are read as `loomstone run` does."""
+    return SceneFile.open(scene, {k: Given(k, repr(value)) for k, value in parameters.items()})
 
 
 def _directory_name(parameters: dict[str, Any]) -> str:

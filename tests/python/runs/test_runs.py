@@ -16,7 +16,8 @@ from loomstone.pictures.directory import options_from_dict
 from loomstone.runs import checkpoints, execution, progress, signals
 from loomstone.runs.execution import execute
 from loomstone.runs.options import RunOptions
-from loomstone.runs.scene_file import SceneFile, parse_parameters
+from loomstone.runs.parameters import parse_parameters
+from loomstone.runs.scene_file import SceneFile
 from loomstone.runs.steps import read_steps
 
 
