@@ -17,7 +17,14 @@ from typing import Any, Literal, Union
 
 from .._core import InvalidInput
 
-__all__ = ["Given", "Parameter", "given_parameters", "parameters_of", "parse_parameters"]
+__all__ = [
+    "Given",
+    "Parameter",
+    "given_parameters",
+    "literals",
+    "parameters_of",
+    "parse_parameters",
+]
 
 
 @dataclass(frozen=True)
@@ -86,6 +93,15 @@ def parse_parameters(items: Sequence[str]) -> dict[str, Any]:
     Values are Python literals where possible, and text otherwise.
     """
     return {name: given.value for name, given in given_parameters(items).items()}
+
+
+def literals(parameters: Mapping[str, Any]) -> dict[str, str]:
+    """Returns Python literals of the values that JSON does not keep, such as tuples."""
+    return {
+        name: repr(value)
+        for name, value in parameters.items()
+        if repr(json.loads(json.dumps(value))) != repr(value)
+    }
 
 
 class _Refused(Exception):

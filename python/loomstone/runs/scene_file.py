@@ -29,7 +29,7 @@ from .. import _core
 from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
 from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
-from .parameters import Parameter, parameters_of
+from .parameters import Parameter, literals, parameters_of
 from .scene_module import absolute_files, execute_module, in_directory_of
 from .stored_program import Stored, stored_program
 
@@ -232,6 +232,7 @@ class SceneFile:
                 "path": str(self.path),
                 "source": self.source,
                 "parameters": self.parameters,
+                "literals": literals(self.parameters),
             },
             "duration": duration,
             "rate": rate,

@@ -7,6 +7,7 @@ trusts the run.
 
 from __future__ import annotations
 
+import ast
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -70,9 +71,19 @@ def stored_program(run: Stored) -> Program:
         )
     if isinstance(stored, dict):
         path, source, given = (stored.get(name) for name in ("path", "source", "parameters"))
-        if isinstance(path, str) and isinstance(source, str) and isinstance(given, dict):
-            return Program(Path(path), source, given)
+        exact = _values(stored.get("literals", {}))
+        named = given | exact if isinstance(given, dict) and exact is not None else None
+        if isinstance(path, str) and isinstance(source, str) and named is not None:
+            return Program(Path(path), source, named)
     raise CacheError(f"{run.directory}: the file is damaged: its scene file cannot be read")
+
+
+def _values(literals: Any) -> dict[str, Any] | None:
+    """Returns the values of stored Python literals by name; None if they are damaged."""
+    try:
+        return {name: ast.literal_eval(text) for name, text in literals.items()}
+    except (AttributeError, TypeError, ValueError, SyntaxError, MemoryError, RecursionError):
+        return None
 
 
 def printable(text: str) -> str:

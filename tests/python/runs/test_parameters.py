@@ -100,3 +100,35 @@ def test_a_sweep_passes_texts_as_they_are_given(loomstone, scene, tmp_path):
     with ls.Run(out / "label-1.50_mode-1") as run:
         assert run.metadata["scene_file"]["parameters"] == {"label": "1.50", "mode": "1"}
     assert json.loads((out / "label-2_mode-b" / "report.json").read_text())["frames"] == 2
+
+
+EXACT = """
+import loomstone as ls
+duration = 0.04
+def scene(size: tuple = (0.5, 0.5), corners=None, levels=None, rows: list = []):
+    cells = {(0.5, 0.5): 2, (0.3, 0.4): 3}[size]
+    assert corners == ((0, 1), (2, 3)) and levels == {1: 2} and rows == [1, 2]
+    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=size, cells=(cells, cells)), pins=[0])])
+def check(run):
+    assert len(run) == 2
+"""
+
+
+def test_a_resumed_scene_gets_the_parameters_of_the_first_process(loomstone, tmp_path):
+    path, out = tmp_path / "exact.py", tmp_path / "out"
+    path.write_text(EXACT)
+    words = ["size=0.3,0.4", "corners=((0,1),(2,3))", "levels={1:2}", "rows=1,2"]
+    given = [word for each in words for word in ("-p", each)]
+    assert loomstone("run", path, "--out", out, "--quiet", *given)[0] == 0
+    for again in (["resume", out, "--quiet"], ["check", out]):
+        code, said = loomstone(*again)
+        assert code == 0, said.err
+    assert ls.Run(out).scene().cloths[0].mesh.n_triangles == 18
+
+
+def test_lists_stored_by_an_older_version_become_tuples_again(loomstone, tmp_path, monkeypatch):
+    path, out = tmp_path / "exact.py", tmp_path / "out"
+    path.write_text(EXACT.replace("    assert corners", "    corners  # assert "))
+    monkeypatch.setattr("loomstone.runs.scene_file.literals", lambda parameters: {})
+    assert loomstone("run", path, "--out", out, "--quiet", "-p", "size=0.3,0.4")[0] == 0
+    assert ls.Run(out).scene().cloths[0].mesh.n_triangles == 18
