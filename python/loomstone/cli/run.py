@@ -160,9 +160,9 @@ def resume(
     """
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
-        begun = Run(run)
         if communicator.rank == 0:
-            check_unlocked(begun.directory)
+            check_unlocked(run if run.is_dir() else run.parent)
+        begun = Run(run)
         run, kept = begun.directory, begun.metadata
         file: SceneFile | StoredScene
         if begun_in_python(kept):

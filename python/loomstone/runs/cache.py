@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import operator
 import os
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, overload
@@ -16,6 +17,7 @@ from .. import _core
 from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
 from ..exchange.export import Format, export_run
 from ..pictures.notebook import picture_of_frame, remember
+from .leftovers import PARTS, leftovers
 from .magnet_record import magnets_from_record
 from .scene_file import SceneFile
 from .stacked import Stacked
@@ -48,6 +50,12 @@ class Run:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         if Path(path).is_dir() and not (Path(path) / "run.vtkhdf").exists():
             refuse_sweep(path)
+            if PARTS[0] in leftovers(Path(path)):
+                quoted = shlex.quote(str(path))
+                raise CacheError(
+                    f"{path}: nothing was saved yet, because the run ended while it wrote its"
+                    f" first file; start it again: loomstone run SCENE --out {quoted}"
+                )
             raise CacheError(
                 f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run"
             )

@@ -27,6 +27,7 @@ from ..pictures.renderer import Renderer
 from ..pictures.video import encode
 from .cache import Run
 from .checkpoints import checkpoint_files, write_checkpoint
+from .leftovers import PARTS, leftovers
 from .lock import DirectoryLock
 from .motions import motion_files, write_motion
 from .options import RunOptions
@@ -246,7 +247,10 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 
 
 def check_room(directory: Path, overwrite: bool) -> None:
-    """Raises CacheError if a new run must not or cannot be written into a directory."""
+    """Raises CacheError if a new run must not or cannot be written into a directory.
+
+    The files of a run that has saved nothing do not count.
+    """
     there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
     if not os.access(there, os.W_OK):
         raise CacheError(
@@ -260,7 +264,8 @@ def check_room(directory: Path, overwrite: bool) -> None:
             f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another"
             " directory, or overwrite"
         )
-    if others := visible_names(directory):
+    ours = leftovers(directory)
+    if others := [name for name in visible_names(directory) if name not in ours]:
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise CacheError(
             f"{directory} must be empty or absent, but contains {others[0]}{more}, which no run has"
@@ -283,6 +288,9 @@ def _make_room(lock: DirectoryLock, options: RunOptions, metadata: str, overwrit
         ) from error
     lock.take()  # if the directory is new
     check_room(directory, overwrite)  # another process may have written into it before the lock
+    for name in leftovers(directory):
+        path = directory / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
     if (directory / "run.vtkhdf").exists():
         _remove_run(directory)
     if options.render:
@@ -330,6 +338,7 @@ def _remove_run(directory: Path) -> None:
     for name in (
         "run.vtkhdf",
         "bodies.vtkhdf",
+        *PARTS,
         "steps.csv",
         "steps.unfinished",
         "frames.csv",

@@ -1,0 +1,32 @@
+"""Files that a run leaves if it is killed while it writes its first file, run.vtkhdf.
+
+Frames are written under the names of PARTS, which are then changed to those of the finished files.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["PARTS", "leftovers"]
+
+PARTS = ("run.vtkhdf.part", "bodies.vtkhdf.part")
+_OF_PICTURES = {"options.json", "unfinished-options.json"}
+
+
+def leftovers(directory: Path) -> set[str]:
+    """Returns the names in a directory that a run has left which has saved nothing.
+
+    There are none if the directory has a run.vtkhdf. A directory frames/ is one of them if it has
+    the options of pictures but no pictures.
+    """
+    if (directory / "run.vtkhdf").exists():
+        return set()
+    found = {name for name in PARTS if (directory / name).is_file()}
+    if PARTS[0] in found and (directory / "bodies.vtkhdf").is_file():
+        found.add("bodies.vtkhdf")
+    frames = directory / "frames"
+    if frames.is_dir() and not frames.is_symlink():
+        names = {path.name for path in frames.iterdir()}
+        if names and names <= _OF_PICTURES:
+            found.add("frames")
+    return found
