@@ -84,9 +84,9 @@ def execute(
                 raise Interrupted(number)
             report = {
                 "frames": max(n_frames, following),
-                "wall_seconds": time.perf_counter() - began,
-                "steps_of_this_process": simulation.step_index - first_step,
-            } | _end_of(simulation)
+                **_of_this_process(time.perf_counter() - began, simulation.step_index - first_step),
+                **_end_of(simulation),
+            }
             with together(ranks):
                 report = writer.finish(report)
             return report
@@ -99,6 +99,15 @@ def _check_control(directory: Path) -> None:
             f"{directory}: was run with a control function; give the same one, or one that does"
             " nothing"
         )
+
+
+def _of_this_process(seconds: float, steps: int) -> dict[str, Any]:
+    """Returns what report.json says about this process; `finish` adds the wall time of others."""
+    return {
+        "wall_seconds": seconds,
+        "wall_seconds_of_this_process": seconds,
+        "steps_of_this_process": steps,
+    }
 
 
 def _end_of(simulation: Any) -> dict[str, Any]:

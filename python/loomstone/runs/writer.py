@@ -34,6 +34,7 @@ from .options import RunOptions
 from .steps import StepTable
 from .stored_scene import STORED_SCENE, write_scene
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
+from .wall_time import WALL_TIME, WallTime
 
 __all__ = ["NoWriter", "Writer", "check_room", "open_writer", "visible_names"]
 
@@ -72,6 +73,8 @@ class Writer(NoWriter):
         simulation: _core.Simulation,
         options: RunOptions,
         frames: FrameWriter,
+        wall_time: WallTime,
+        *,
         following: int,
     ) -> None:
         """Removes the rows of steps that will be computed again from the tables of steps. With
@@ -81,6 +84,7 @@ class Writer(NoWriter):
         """
         self._directory, self._simulation, self._options = directory, simulation, options
         self._frames = frames
+        self._wall_time = wall_time
         self._steps = StepTable(directory / "steps.csv", simulation.step_index)
         for name, _ in (FORCED, BROKEN):
             keep_rows(directory / name, simulation.step_index)
@@ -147,6 +151,7 @@ class Writer(NoWriter):
         with self._writing():
             self._steps.flush()
             write_checkpoint(self._directory, step, state)
+            self._wall_time.keep()
 
     def _draws(self) -> bool:
         """Returns whether pictures are requested and their directory has the requested options."""
@@ -174,6 +179,7 @@ class Writer(NoWriter):
         return all(path.exists() for path in paths)
 
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
+        report["wall_seconds"] = self._wall_time.before + report["wall_seconds"]
         with self._writing():
             report = report | self._steps.summary()
             if self._checks:
@@ -219,7 +225,8 @@ def open_writer(
         _make_room(lock, options, metadata, overwrite)
         frames = FrameWriter(str(directory), simulation.topology, metadata, options.compression)
         _store_scene(directory, simulation, metadata)
-    writer = Writer(directory, simulation, options, frames, following)
+    wall_time = WallTime(directory, resumed=metadata is None)
+    writer = Writer(directory, simulation, options, frames, wall_time, following=following)
     if renderer and options.render and not needs_all_frames(options.render):
         lines = options.render.field_lines
         writer.draw_with(Painter(renderer, first=first, lines=lines, simulation=simulation))
@@ -347,6 +354,8 @@ def _remove_run(directory: Path) -> None:
         "limits.csv",
         "replay.csv",
         "report.json",
+        WALL_TIME,
+        "wall_time.unfinished",
         "video.mp4",
         STORED_SCENE,
     ):

@@ -1,0 +1,43 @@
+"""Wall time that all processes of a run have taken, kept in a small file beside the checkpoints.
+
+The part of a process that was killed counts up to its last checkpoint.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+__all__ = ["WALL_TIME", "WallTime"]
+
+WALL_TIME = "wall_time.json"
+
+
+class WallTime:
+    """The wall time of a run in a directory, which continues that of earlier processes.
+
+    before : wall time of the earlier processes [s]; 0 for a new run
+    """
+
+    def __init__(self, directory: Path, *, resumed: bool) -> None:
+        self._file = directory / WALL_TIME
+        self._began = time.perf_counter()
+        self.before = 0.0
+        if resumed:
+            self.before = max(_seconds(path) for path in (self._file, directory / "report.json"))
+
+    def keep(self) -> None:
+        """Writes the wall time up to now."""
+        unfinished = self._file.with_suffix(".unfinished")
+        seconds = self.before + time.perf_counter() - self._began
+        unfinished.write_text(json.dumps({"wall_seconds": seconds}) + "\n")
+        unfinished.replace(self._file)
+
+
+def _seconds(path: Path) -> float:
+    """Returns the entry wall_seconds of a file [s]; 0 if the file is absent or damaged."""
+    try:
+        return float(json.loads(path.read_text())["wall_seconds"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0.0
