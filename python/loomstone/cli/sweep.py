@@ -16,6 +16,7 @@ from ..ranks import processors_of_rank
 from ..runs.frame_times import told_of_part_frame
 from ..runs.scene_file import SceneFile
 from ..runs.signals import Interrupted
+from ..sweeps.earlier import with_earlier
 from ..sweeps.engines import Command, on_dask, on_this_machine
 from ..sweeps.plan import Point, claim, open_with, parse_values, points_of
 from ..sweeps.point import finished
@@ -58,8 +59,9 @@ def sweep(
 ) -> None:
     """Runs a scene for all combinations of parameters.
 
-    Each run has a directory of its own in --out. table.csv has the parameters of each finished run
-    and numbers from its report; figures.png plots some of these numbers. If a sweep is
+    Each run has a directory of its own in --out. table.csv has the parameters of each finished run,
+    also of earlier sweeps in --out, and numbers from its report; figures.png plots some of these
+    numbers. If a sweep is
     interrupted, the same command continues it: finished runs are kept, and the other runs are
     resumed or started. More values may be added. The exit code is 1 if a run fails; the output of
     each run is in its log.txt. docs/cluster.md describes how to run a sweep on a cluster.
@@ -85,11 +87,9 @@ def sweep(
             ends = on_dask(left, command, scheduler)
         else:
             ends = on_this_machine(left, command, jobs or max(1, processors_of_rank() // threads))
-        failed = _follow(ends, points, len(left), target)
-        rows = write_table(points, target / "table.csv")
-        print(f"table: {target / 'table.csv'} ({len(rows)} runs)")
-        if picture := plot_figures(rows, values, plot, target / "figures.png"):
-            print(f"plots: {picture}")
+        shown = with_earlier(points, file, target)
+        failed = _follow(ends, shown, len(left), target)
+        _show(shown, len(points), plot, target)
         for point, code in failed:
             print(f"failed with exit code {code}: {point.directory / 'log.txt'}")
         if failed:
@@ -112,6 +112,15 @@ def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str 
     duration = file.duration if given["duration"] is None else given["duration"]
     if told := told_of_part_frame(duration, file.rate if given["rate"] is None else given["rate"]):
         print(told)
+
+
+def _show(points: list[Point], n_own: int, plot: list[str], target: Path) -> None:
+    """Writes the table and the plots; the points after the first `n_own` are of earlier sweeps."""
+    rows, earlier = write_table(points, target / "table.csv"), len(points) - n_own
+    told = f", {earlier} of them of earlier sweeps" if earlier else ""
+    print(f"table: {target / 'table.csv'} ({len(rows)} runs{told})")
+    if picture := plot_figures(rows, points, plot, target / "figures.png"):
+        print(f"plots: {picture}")
 
 
 def _follow(

@@ -49,7 +49,7 @@ def write_table(points: Sequence[Point], path: Path) -> list[dict[str, Any]]:
 
 
 def _cell(value: Any) -> Any:
-    return value if isinstance(value, (bool, int, float, str)) else json.dumps(value)
+    return value if isinstance(value, (bool, int, float, str)) else json.dumps(value, default=str)
 
 
 def _flat(report: dict[str, Any], taken: dict[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -78,17 +78,17 @@ def check_figures(names: Sequence[str]) -> None:
 
 
 def plot_figures(
-    rows: Sequence[dict[str, Any]],
-    values: dict[str, list[Any]],
-    figures: Sequence[str],
-    path: Path,
+    rows: Sequence[dict[str, Any]], points: Sequence[Point], figures: Sequence[str], path: Path
 ) -> Path | None:
     """Plots figures of the table over the numeric parameter with the most values.
+
+    points : those of the table, including unfinished ones
 
     Each combination of the other parameters is a line. Returns the path of the picture, or None if
     no numeric parameter has several values or no run is finished. Raises Unsupported if matplotlib
     is not installed, and CacheError if the picture cannot be written.
     """
+    values = _values_of(points)
     numeric = [name for name, each in values.items() if len(each) > 1 and all(map(_number, each))]
     if not rows or not numeric:
         return None
@@ -107,13 +107,23 @@ def plot_figures(
     return save_figure(picture, path, dpi=150)
 
 
+def _values_of(points: Sequence[Point]) -> dict[str, list[Any]]:
+    """Returns the different values of each parameter."""
+    values: dict[str, dict[Any, None]] = {}
+    for point in points:
+        for name, value in point.parameters.items():
+            values.setdefault(name, {})[_cell(value)] = None
+    return {name: list(each) for name, each in values.items()}
+
+
 def _draw(
     axes: Any, rows: Sequence[dict[str, Any]], across: str, others: list[str], name: str
 ) -> None:
     series: dict[str, list[tuple[float, float]]] = {}
     for row in rows:
-        label = ", ".join(f"{other}={row[other]}" for other in others)
-        if _number(row.get(name)):  # reports of older versions may lack it
+        label = ", ".join(f"{other}={_shown(row.get(other))}" for other in others)
+        # Reports of older versions may lack a figure.
+        if _number(row.get(name)) and _number(row.get(across)):
             series.setdefault(label, []).append((row[across], row[name]))
     for label, found in series.items():
         x, y = zip(*sorted(found), strict=True)
@@ -123,6 +133,10 @@ def _draw(
     axes.grid(alpha=0.3)
     if others:
         axes.legend(fontsize="small")
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.12g}" if _number(value) else str(value)
 
 
 def _number(value: Any) -> bool:

@@ -5,6 +5,7 @@ writes a table and plots of the results of the runs.
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from loomstone.sweeps.plan import claim, parse_values, points_of
 
 SCENE = """
 import os
+import shutil
 import time
 import loomstone as ls
 duration = 0.2
@@ -179,3 +181,20 @@ def test_every_point_has_its_own_directory_whatever_its_values(tmp_path):
     points = points_of(values, tmp_path / "scene.py", tmp_path)
     names = [point.name for point in points]
     assert len(set(names)) == 8 and all(os.sep not in name and len(name) < 200 for name in names)
+
+
+def test_the_table_keeps_the_runs_of_earlier_sweeps_with_other_parameters(scene, tmp_path):
+    out = tmp_path / "out"
+    assert sweep(scene, out, "-p", "cells=3,4", "--duration", "0.04").returncode == 0
+    shutil.copytree(out / "cells-3", out / "mine")  # no run of a sweep
+    (out / "mine" / "log.txt").unlink()
+    done = sweep(scene, out, "-p", "friction=0.1,0.2", "--duration", "0.04", "--plot", "steps")
+    assert done.returncode == 0, done.stderr
+    assert "2 runs in" in done.stdout and "(4 runs, 2 of them of earlier sweeps)" in done.stdout
+    assert [(row["run"], row["cells"], row["friction"]) for row in table(out)] == [
+        ("friction-0.1", "6", "0.1"),
+        ("friction-0.2", "6", "0.2"),
+        ("cells-3", "3", "0.3"),
+        ("cells-4", "4", "0.3"),
+    ]
+    assert (out / "figures.png").stat().st_size > 5000
