@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -40,5 +39,7 @@ def read_motion(path: Path) -> CollisionRecord:
         with np.load(path) as arrays:
             values = {name: arrays[name] for name in _ARRAYS}
         return CollisionRecord(**values | {"gap_floor": float(values["gap_floor"])})
-    except (KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+    except OSError:
+        raise
+    except Exception as error:  # damaged files make numpy and zipfile raise errors of many types
         raise CacheError(f"{path}: is not a recorded motion ({error})") from error

@@ -113,12 +113,15 @@ def test_bad_input_of_the_command_gets_one_sentence(recorded, tmp_path):
     assert done.returncode == 1 and "--record-tasks" in done.stderr
 
 
-def test_a_file_that_is_no_motion_is_refused(tmp_path):
+@pytest.mark.parametrize("content", [b"nothing", b"", b"PK\x03\x04", b"\x93NUMPY"])
+def test_a_file_that_is_no_motion_is_refused(tmp_path, content):
     folder = tmp_path / "tasks"
     folder.mkdir()
-    (folder / "step-0000000010.npz").write_bytes(b"nothing")
+    (folder / "step-0000000010.npz").write_bytes(content)
     with pytest.raises(ls.CacheError, match="is not a recorded motion"):
         replay(tmp_path, [1], ["static"])
+    done = loomstone("replay", tmp_path)
+    assert done.returncode == 1 and "step-0000000010.npz: is not a recorded" in done.stderr
 
 
 def test_inconsistent_motions_are_refused():
