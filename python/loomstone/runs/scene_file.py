@@ -138,7 +138,8 @@ class SceneFile:
     def _located(self) -> Iterator[None]:
         """Runs the code of a `with` block, which calls the scene file, in the file's directory.
 
-        An error becomes an InvalidInput that names the line of the scene file, if there is one.
+        An error, or sys.exit(), becomes an InvalidInput that names the line of the scene file, if
+        there is one.
         AssertionError and errors of loomstone other than InvalidInput stay unchanged.
         """
         try:
@@ -154,11 +155,17 @@ class SceneFile:
             raise
         except SyntaxError as error:
             raise InvalidInput(f"{error.filename}, line {error.lineno}: {error.msg}") from error
+        except SystemExit as error:
+            raise InvalidInput(
+                f"{self._line_of(error)}: a scene file must not end the program, but calls"
+                f" sys.exit({'' if error.code is None else repr(error.code)}); raise an error"
+                " instead"
+            ) from error
         except Exception as error:
             told = " ".join(str(error).split())
             raise InvalidInput(f"{self._line_of(error)}: {_kind(error)}: {told}") from error
 
-    def _line_of(self, error: Exception) -> str:
+    def _line_of(self, error: BaseException) -> str:
         """Returns the path of the scene file, and its last line in the traceback, if any."""
         lines = [
             f.lineno

@@ -165,6 +165,24 @@ def test_the_metadata_name_files_by_their_absolute_path(loomstone, project, monk
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "line", "call"),
+    [
+        ("def scene():\n    sys.exit(3)\n", 3, "sys.exit(3)"),
+        ("def scene():\n    sys.exit()\n", 3, "sys.exit()"),
+        ("sys.exit('too old')\n", 2, "sys.exit('too old')"),
+    ],
+)
+def test_a_scene_file_cannot_end_the_program(loomstone, tmp_path, text, line, call):
+    path = tmp_path / "ends.py"
+    path.write_text("import sys\n" + text)
+    code, said = loomstone("run", path, "--out", tmp_path / "out")
+    assert code == 1 and said.err == (
+        f"loomstone: {path}, line {line}: a scene file must not end the program, but calls {call};"
+        " raise an error instead\n"
+    )
+
+
 def test_wrong_input_in_a_scene_file_is_reported_with_its_line(loomstone, tmp_path):
     path = tmp_path / "wrong.py"
     path.write_text(
