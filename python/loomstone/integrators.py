@@ -55,13 +55,15 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """Returns an integrator of the method `name`. Fields that `options` also has keep its values.
+    """Returns the integrator of the method `name`; copies the fields that `options` also has."""
+    check_method(name, where)
+    return _made(METHODS[name], options.to_dict())
 
-    Raises InvalidInput for an unknown method.
-    """
+
+def check_method(name: str, where: str) -> None:
+    """Raises InvalidInput unless there is a method `name`."""
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
-    return _made(METHODS[name], options.to_dict())
 
 
 def parse_step(text: str) -> float | Literal["auto"]:

@@ -13,12 +13,12 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from .. import _core
-from .._core import Communicator, Error
+from .._core import Communicator, Error, InvalidInput
 from ..base.cautions import SceneWarning
 from ..base.claims import broken_claim
 from ..ranks import launched_rank, share_failure
 
-__all__ = ["app", "main", "report", "session"]
+__all__ = ["WrongCommand", "app", "command_line", "main", "report", "session"]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -63,18 +63,32 @@ report = typer.Typer(
 app.add_typer(report, name="report")
 
 
+class WrongCommand(InvalidInput):
+    """Raised for an option or argument that is wrong whatever the scene or the run contains."""
+
+
+@contextmanager
+def command_line() -> Iterator[None]:
+    """Turns an InvalidInput of the `with` block into a WrongCommand with the same message."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise WrongCommand(str(error)) from error
+
+
 @contextmanager
 def session(parallel: bool = True) -> Iterator[Communicator]:
     """Yields the communicator of the ranks that run a command, and reports errors.
 
     Errors of loomstone and of the operating system, and broken claims of scene files, are printed
-    in one line. If one rank raises such an error, or an unexpected exception, all ranks end. If the
-    reader of a pipe has closed it, the command ends with exit code 1 and without a message.
+    in one line. The exit code is then 2 for a WrongCommand, and 1 for the others. If one rank
+    raises such an error, or an unexpected exception, all ranks end. If the reader of a pipe has
+    closed it, the command ends with exit code 1 and without a message.
     """
 
-    def fail(message: str) -> NoReturn:
+    def fail(message: str, code: int = 1) -> NoReturn:
         print(f"loomstone: {message}", file=sys.stderr, flush=True)
-        raise typer.Exit(1)
+        raise typer.Exit(code)
 
     communicator = _core.single_communicator()
     if parallel and _core.launched_by_mpi():
@@ -91,13 +105,14 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     except (Error, OSError, AssertionError) as error:
         failure = Error(broken_claim(error)) if isinstance(error, AssertionError) else error
         share_failure(communicator, failure)
+        code = 2 if isinstance(error, WrongCommand) else 1
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
-            raise typer.Exit(1) from None
+            raise typer.Exit(code) from None
         if isinstance(error, BrokenPipeError):
             # Python flushes standard output once more when it exits.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(1) from None
-        fail(_sentence(failure))
+        fail(_sentence(failure), code)
     except KeyboardInterrupt:
         fail("interrupted")
     except (typer.Exit, typer.Abort):

@@ -10,7 +10,7 @@ import typer
 from ..runs.cache import Run
 from ..runs.parameters import given_parameters
 from ..runs.scene_file import SceneFile
-from .application import app, session
+from .application import app, command_line, session
 from .facts import facts
 from .inspection import check_run, check_scene, describe, print_source
 from .options import AsJson, Parameters, Trust
@@ -42,7 +42,9 @@ def check(
         if path.is_dir() or path.suffix == ".vtkhdf":
             good = check_run(Run(path.absolute()), trust=trust)
         else:
-            good = check_scene(SceneFile.open(path, given_parameters(p)), render)
+            with command_line():
+                given = given_parameters(p)
+            good = check_scene(SceneFile.open(path, given), render)
         if not good:
             raise typer.Exit(1)
 

@@ -11,7 +11,7 @@ import typer
 from ..exchange.export import FORMATS, export_run, format_of
 from ..exchange.selection import parse_frames
 from ..runs.cache import Run
-from .application import app, session
+from .application import app, command_line, session
 from .options import RunArgument, one_of
 
 
@@ -50,6 +50,8 @@ def export(
         loomstone export out/drape --to obj --out seq --frames 10:50 --every 2
     """
     with session(parallel=False):
+        with command_line():
+            chosen_format = format_of(to)
         source = Run(run)
         chosen = None if frames is None else parse_frames(frames, len(source))
         count = len(range(0, len(chosen or source), max(every, 1)))
@@ -59,7 +61,7 @@ def export(
             paths = export_run(
                 source,
                 out,
-                to=format_of(to),
+                to=chosen_format,
                 frames=chosen,
                 every=every,
                 overwrite=overwrite,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..runs.parameters import parse_parameters
-from .application import app, report, session
+from .application import app, command_line, report, session
 from .options import Threads
 
 
@@ -61,7 +61,8 @@ def fabrics_report(
     with session(parallel=False):
         from ..fabrics.measurements import report as made
 
-        settings, chosen = made.parameters(parse_parameters(p)), made.chosen(names)
+        with command_line():
+            settings, chosen = made.parameters(parse_parameters(p)), made.chosen(names)
         print(made.HEADER, flush=True)
         made.report_fabrics(chosen, out=out, threads=threads, done=made.print_report, **settings)
         print(f"report: {out / 'report.json'}\npicture: {out / 'drape.png'}")

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from .._core import CacheError, InvalidInput
+from .._core import CacheError
 from ..pictures import plots
 from ..pictures.parallel import plot_parallel
 from ..runs.cache import Run
 from ..runs.parallel import read_parallel
 from ..runs.steps import read_steps
-from .application import app, session
+from .application import WrongCommand, app, command_line, session
 from .options import one_of
 
 KINDS = (*plots.KINDS, "parallel")
@@ -72,10 +72,11 @@ def plot(
         if str(run) in ("force", "torque") and not run.is_dir():
             from ..magnetics.mesh_pictures import curve_of_meshes, numbers
 
-            vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
+            with command_line():
+                vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
             path = curve_of_meshes(str(run), mesh, vector, along, reach, out or Path(f"{run}.png"))
         elif what not in KINDS:
-            raise InvalidInput(f"--what must be one of {', '.join(KINDS)}, got {what!r}")
+            raise WrongCommand(f"--what must be one of {', '.join(KINDS)}, got {what!r}")
         else:
             path = _plot_runs(runs, what, out or run / f"{what}.png")
         print(f"plot: {path}")
@@ -112,11 +113,11 @@ def field(
         from ..magnetics import mesh_pictures as pictures
         from ..meshes import read
 
-        vector = pictures.numbers(polarization, "--polarization")
+        with command_line():
+            vector = pictures.numbers(polarization, "--polarization")
+            towards = pictures.numbers(eye, "--eye")
         surface = read(mesh, with_uv=False)
-        path, found = pictures.draw_field(
-            surface, vector, out, n_lines=lines, eye=pictures.numbers(eye, "--eye")
-        )
+        path, found = pictures.draw_field(surface, vector, out, n_lines=lines, eye=towards)
         print(f"{len(found.lines)} field lines of {sum(map(len, found.lines))} points: {path}")
         if slice_:
             magnet = pictures.magnet_of(mesh, vector)
@@ -124,9 +125,9 @@ def field(
 
 
 def _only_run(runs: list[Path], what: str) -> Path:
-    """Returns the first run. Raises InvalidInput for several, unless `what` is "parallel"."""
+    """Returns the first run. Raises WrongCommand for several, unless `what` is "parallel"."""
     if len(runs) > 1 and what != "parallel":
-        raise InvalidInput(f"only --what parallel plots several runs, got {len(runs)} for {what}")
+        raise WrongCommand(f"only --what parallel plots several runs, got {len(runs)} for {what}")
     return runs[0]
 
 

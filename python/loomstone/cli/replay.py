@@ -8,10 +8,9 @@ from typing import Annotated
 
 import typer
 
-from .._core import InvalidInput
 from ..runs import replay as replays
 from ..runs.motions import motion_files
-from .application import app, session
+from .application import WrongCommand, app, command_line, session
 from .options import RunArgument
 
 
@@ -45,19 +44,10 @@ def replay(
         loomstone replay out/drape --ranks 1:4096
     """
     with session(parallel=False):
-        for name in decomposition:
-            if name not in replays.REPLAYED:
-                raise InvalidInput(
-                    f"--decomposition must be predicted, static or dynamic, got {name!r}"
-                )
-        for what, value in (("latency", latency), ("overhead", overhead)):
-            if not 0.0 <= value < math.inf:
-                raise InvalidInput(f"--{what} must be at least 0 s and finite, got {value:g}")
-        for what, value in (("bandwidth", bandwidth), ("poll-interval", poll_interval)):
-            if not 0.0 < value < math.inf:
-                raise InvalidInput(f"--{what} must be above 0 and finite, got {value:g}")
+        _check(decomposition, latency, overhead, bandwidth, poll_interval)
         network = replays.Network(latency, bandwidth, overhead, poll_interval)
-        numbers = replays.parse_ranks(ranks)
+        with command_line():
+            numbers = replays.parse_ranks(ranks)
         steps = len(motion_files(run))
         found = replays.replay(
             run,
@@ -76,3 +66,24 @@ def replay(
             )
         replays.write_predictions(run / "replay.csv", found)
         print(f"table: {run / 'replay.csv'}")
+
+
+def _check(
+    decompositions: list[str],
+    latency: float,
+    overhead: float,
+    bandwidth: float,
+    poll_interval: float,
+) -> None:
+    """Raises WrongCommand for unknown decompositions, and for a network that cannot exist."""
+    for name in decompositions:
+        if name not in replays.REPLAYED:
+            raise WrongCommand(
+                f"--decomposition must be predicted, static or dynamic, got {name!r}"
+            )
+    for what, value in (("latency", latency), ("overhead", overhead)):
+        if not 0.0 <= value < math.inf:
+            raise WrongCommand(f"--{what} must be at least 0 s and finite, got {value:g}")
+    for what, value in (("bandwidth", bandwidth), ("poll-interval", poll_interval)):
+        if not 0.0 < value < math.inf:
+            raise WrongCommand(f"--{what} must be above 0 and finite, got {value:g}")

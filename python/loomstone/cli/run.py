@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from .._core import Communicator
-from ..integrators import METHODS, Integrator, parse_step, step_text, with_method
+from ..integrators import METHODS, Integrator, step_text
 from ..pictures.directory import drawn_with
 from ..ranks import default_threads
 from ..runs.cache import Run
@@ -26,8 +26,9 @@ from ..runs.signals import Interrupted
 from ..runs.stored_scene import StoredScene, begun_in_python
 from ..runs.writer import check_room
 from ..simulation import Simulation
-from .application import app, session
+from .application import app, command_line, session
 from .estimate import memory_text
+from .given import check_decomposition, check_given, integrator_of
 from .inspection import report_text
 from .options import (
     AsJson,
@@ -109,14 +110,12 @@ def run(
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
         words.say(f"reading {scene}")
-        file = SceneFile.open(scene, given_parameters(p))
-        options = (
-            file.integrator
-            if integrator is None
-            else with_method(file.integrator, integrator, "--integrator")
-        )
-        if step is not None:
-            options = options.replace(step=parse_step(step))
+        check_given(duration=duration, rate=rate, step=step, integrator=integrator)
+        check_decomposition(decomposition)
+        with command_line():
+            given = given_parameters(p)
+        file = SceneFile.open(scene, given)
+        options = integrator_of(file, integrator, step)
         duration = file.duration if duration is None else duration
         rate = file.rate if rate is None else rate
         if told := told_of_part_frame(duration, rate):
@@ -160,6 +159,7 @@ def resume(
     """
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
+        check_decomposition(decomposition)
         if communicator.rank == 0:
             check_unlocked(run if run.is_dir() else run.parent)
         begun = Run(run)

@@ -21,7 +21,8 @@ from ..sweeps.engines import Command, on_dask, on_this_machine
 from ..sweeps.plan import Point, claim, open_with, parse_values, points_of
 from ..sweeps.point import finished
 from ..sweeps.results import FIGURES, check_figures, plot_figures, write_table
-from .application import app, session
+from .application import app, command_line, session
+from .given import check_given, integrator_of
 from .options import SceneArgument
 
 Values = Annotated[
@@ -70,16 +71,16 @@ def sweep(
         loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
     """
     with session(parallel=False):
-        check_figures(plot)
+        given = _given(duration=duration, rate=rate, step=step, integrator=integrator)
+        with command_line():
+            check_figures(plot)
         target = out or Path("out") / f"{scene.stem}-sweep"
         file, values = _read_values(scene, p)
         points = points_of(values, scene, target)
-        given = {"duration": duration, "rate": rate, "step": step, "integrator": integrator}
-        options = {name: value for name, value in given.items() if value is not None}
         _begin(file, target, given, scheduler)
         arguments = [str(scene.resolve())]
-        for name, value in options.items():
-            arguments += [f"--{name}", str(value)]
+        for name, value in given.items():
+            arguments += [] if value is None else [f"--{name}", str(value)]
         command = Command(arguments, ["--threads", str(threads)])
         left = [point for point in points if not finished(point.directory)]
         print(f"{len(points)} runs in {target}, {len(points) - len(left)} finished", flush=True)
@@ -90,24 +91,36 @@ def sweep(
         shown = with_earlier(points, file, target)
         failed = _follow(ends, shown, len(left), target)
         _show(shown, len(points), plot, target)
-        for point, code in failed:
-            print(f"failed with exit code {code}: {point.directory / 'log.txt'}")
+        _tell(failed)
         if failed:
             raise typer.Exit(1)
 
 
+def _given(**options: Any) -> dict[str, Any]:
+    """Checks and returns the options that all runs have in common."""
+    check_given(**options)
+    return options
+
+
+def _tell(failed: list[tuple[Point, int]]) -> None:
+    for point, code in failed:
+        print(f"failed with exit code {code}: {point.directory / 'log.txt'}")
+
+
 def _read_values(scene: Path, p: list[str]) -> tuple[SceneFile, dict[str, list[Any]]]:
     """Returns the scene file with the first value of each parameter, and all values."""
-    values = parse_values(p)
+    with command_line():
+        values = parse_values(p)
     file = open_with(scene, {name: each[0] for name, each in values.items()})
     return file, parse_values(p, file.texts)
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:
-    """Makes the directory of a sweep, or checks that it belongs to the same sweep (see claim()).
+    """Claims the directory of a sweep, if the options are valid.
 
     Prints a message if the duration is not a whole number of frames.
     """
+    integrator_of(file, given["integrator"], given["step"])
     claim(target, {"scene": file.source, **given}, besides=Path(scheduler or "").name)
     duration = file.duration if given["duration"] is None else given["duration"]
     if told := told_of_part_frame(duration, file.rate if given["rate"] is None else given["rate"]):

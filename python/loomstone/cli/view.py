@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from .._core import Camera, InvalidInput, RenderOptions
+from .._core import Camera, RenderOptions
 from ..pictures.directory import drawn_with
 from ..runs.cache import Run
 from ..runs.parameters import given_parameters
 from ..runs.scene_file import SceneFile
 from ..viewer import Live, Player, live, play, write_html
-from .application import app, session
+from .application import WrongCommand, app, command_line, session
 from .options import Parameters, Threads
 
 
@@ -46,8 +46,10 @@ def view(
     with session(parallel=False):
         if source.suffix == ".py":
             if html is not None:
-                raise InvalidInput("--html needs a run, got a scene file; simulate it first")
-            file = SceneFile.open(source, given_parameters(p))
+                raise WrongCommand("--html needs a run, got a scene file; simulate it first")
+            with command_line():
+                given = given_parameters(p)
+            file = SceneFile.open(source, given)
             shown: Live | Player = live(
                 file.scene(),
                 integrator=file.integrator,

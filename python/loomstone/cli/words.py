@@ -6,9 +6,9 @@ import json
 import sys
 from typing import Any
 
-from .._core import InvalidInput
 from ..runs.observer import Observer, Silence
 from ..runs.progress import observer
+from .application import WrongCommand
 
 __all__ = ["Words"]
 
@@ -22,7 +22,7 @@ class Words:
 
     def __init__(self, rank: int = 0, *, quiet: bool = False, as_json: bool = False) -> None:
         if quiet and as_json:
-            raise InvalidInput("--quiet and --json must not be given together; give one of them")
+            raise WrongCommand("--quiet and --json must not be given together; give one of them")
         self._rank, self._text, self._as_json = rank, not (quiet or as_json), as_json
 
     def say(self, line: str) -> None:

@@ -41,8 +41,8 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
 
     Values are separated by commas. first:last:count gives equally spaced values, which are integers
     if all of them are whole and the text has no decimal point. Raises InvalidInput unless each item
-    is name=values, each name is given once, the values of a name differ, and ranges have finite
-    ends and a count of at least 2.
+    is name=values, each name is given once, the values of a name differ, ranges have finite ends
+    and a count of at least 2, and there are at most MOST_POINTS combinations.
 
     texts : names of the parameters whose values stay as they are given
 
@@ -62,6 +62,11 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
         if len(set(keys)) < len(keys):
             raise InvalidInput(f"-p {name} must have different values, got {text}")
         found[name] = values
+    n_points = int(np.prod([len(each) for each in found.values()], dtype=float))
+    if n_points > MOST_POINTS:
+        raise InvalidInput(
+            f"a sweep must have at most {MOST_POINTS} runs, got {n_points}; give fewer values"
+        )
     return found
 
 
@@ -108,13 +113,8 @@ def _spaced(name: str, text: str) -> list[Any]:
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
     """Returns a Point for each combination.
 
-    Raises InvalidInput for too many points, or for values that the scene does not accept.
+    Raises InvalidInput for values that the scene does not accept.
     """
-    n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
-    if n_points > MOST_POINTS:
-        raise InvalidInput(
-            f"a sweep must have at most {MOST_POINTS} runs, got {n_points}; give fewer values"
-        )
     for name, several in values.items():
         for value in several:
             others = {other: each[0] for other, each in values.items()}

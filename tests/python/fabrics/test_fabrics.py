@@ -259,7 +259,7 @@ def test_the_command_refuses_what_it_cannot_measure():
         (["-p", "triangles=5"], "triangles must be in"),
     ):
         done = command("report", "fabrics", *arguments)
-        assert done.returncode == 1 and said in done.stderr and done.stdout == ""
+        assert done.returncode == 2 and said in done.stderr and done.stdout == ""
 
 
 def test_strips_cut_at_three_angles_have_the_rigidities_that_were_measured():

@@ -126,7 +126,7 @@ def test_the_command_plots_a_run_with_its_replay(finished):
 
 def test_bad_input_gets_one_sentence(finished, tmp_path):
     done = command("plot", finished, finished)
-    assert done.exit_code == 1 and "only --what parallel plots several runs, got 2" in done.output
+    assert done.exit_code == 2 and "only --what parallel plots several runs, got 2" in done.output
     copied = shutil.copytree(finished, tmp_path / "copied")
     (copied / "replay.csv").write_text("ranks,decomposition\n1,static\n")
     done = command("plot", copied, "--what", "parallel")

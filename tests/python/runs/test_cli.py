@@ -99,18 +99,22 @@ def test_run_render_info_plot_and_check_work_on_one_another(scene, tmp_path):
     assert "0 intersecting pairs" in done.stdout and (tmp_path / "start.png").exists()
 
 
-def test_mistakes_are_one_sentence_and_exit_code_1(scene, tmp_path):
-    for arguments, message in [
-        (["run", scene, "-p", "cell=3"], "did you mean cells"),
-        (["run", scene, "--integrator", "rk4"], "--integrator must be one of"),
-        (["run", scene, "--step", "-1"], "step must be > 0"),
-        (["run", tmp_path / "absent.py"], "cannot be read"),
-        (["resume", tmp_path], "run.vtkhdf"),
-        (["info", tmp_path / "absent"], "no such file"),
-        (["plot", tmp_path], "steps.csv"),
+def test_mistakes_are_one_sentence_and_exit_code_1_or_2(scene, tmp_path):
+    for arguments, message, code in [
+        (["run", scene, "-p", "cell=3"], "did you mean cells", 1),
+        (["run", scene, "--integrator", "rk4"], "--integrator must be one of", 2),
+        (["run", scene, "--step", "-1"], "step must be > 0", 2),
+        (["run", tmp_path / "absent.py"], "cannot be read", 1),
+        (["resume", tmp_path], "run.vtkhdf", 1),
+        (["resume", tmp_path, "--decomposition", "any"], "decomposition must be one of", 2),
+        (["check", scene, "-p", "cells"], "-p must be name=value", 2),
+        (["view", scene, "-p", "cells"], "-p must be name=value", 2),
+        (["export", tmp_path, "--to", "any"], "to must be one of", 2),
+        (["info", tmp_path / "absent"], "no such file", 1),
+        (["plot", tmp_path], "steps.csv", 1),
     ]:
         done = command(*arguments, check=False, cwd=tmp_path)
-        assert done.returncode == 1 and message in done.stderr, done.stderr
+        assert done.returncode == code and message in done.stderr, done.stderr
         assert "Traceback" not in done.stderr
 
 

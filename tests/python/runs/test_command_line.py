@@ -88,7 +88,7 @@ def test_json_is_one_object_for_programs(loomstone):
     again = json.loads(loomstone("resume", "out", "--json")[1].out)
     assert again["digest"] == report["digest"]
     code, said = loomstone("run", "scene.py", "--out", "other", "--json", "--quiet")
-    assert code == 1 and "--quiet and --json must not be given together" in said.err
+    assert code == 2 and "--quiet and --json must not be given together" in said.err
 
 
 def test_info_describes_every_kind_of_file_as_json(loomstone, tmp_path):

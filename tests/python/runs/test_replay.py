@@ -105,10 +105,11 @@ def test_other_numbers_of_ranks_are_refused(text):
 def test_bad_input_of_the_command_gets_one_sentence(recorded, tmp_path):
     for arguments, sentence in [
         (["--decomposition", "guessed"], "--decomposition must be predicted, static or dynamic"),
+        (["--ranks", "0"], "ranks must be whole numbers >= 1"),
         (["--bandwidth", "0"], "--bandwidth must be above 0"),
     ]:
         done = loomstone("replay", recorded, *arguments)
-        assert done.returncode == 1 and sentence in done.stderr
+        assert done.returncode == 2 and sentence in done.stderr
     done = loomstone("replay", tmp_path)
     assert done.returncode == 1 and "--record-tasks" in done.stderr
 

@@ -113,23 +113,25 @@ def test_a_run_that_fails_is_named_and_the_others_are_completed(scene, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "said", "code"),
     [
-        (["-p", "cells"], "-p must be name=value, got 'cells'"),
-        (["-p", "cels=3,4"], "did you mean cells?"),
-        (["-p", "cells=3,4.5"], "parameter cells must be an int"),
-        (["-p", "cells=3,4", "-p", "cells=5"], "-p cells must be given once"),
-        (["-p", "cells=3,3"], "-p cells must have different values"),
-        (["-p", "friction=0:1:1"], "at least 2 values"),
-        (["-p", "friction=0:inf:3"], "finite numbers"),
-        (["-p", "cells=1:200000:200000"], "at most 100000 runs"),
-        (["--plot", "wall_second"], "did you mean wall_seconds?"),
-        (["--scheduler", "nowhere"], "--scheduler"),
+        (["-p", "cells"], "-p must be name=value, got 'cells'", 2),
+        (["-p", "cels=3,4"], "did you mean cells?", 1),
+        (["-p", "cells=3,4.5"], "parameter cells must be an int", 1),
+        (["-p", "cells=3,4", "-p", "cells=5"], "-p cells must be given once", 2),
+        (["-p", "cells=3,3"], "-p cells must have different values", 2),
+        (["-p", "friction=0:1:1"], "at least 2 values", 2),
+        (["-p", "friction=0:inf:3"], "finite numbers", 2),
+        (["-p", "cells=1:200000:200000"], "at most 100000 runs", 2),
+        (["--plot", "wall_second"], "did you mean wall_seconds?", 2),
+        (["--step", "foo"], "--step must be a time", 2),
+        (["--step", "0"], "step must be > 0", 2),
+        (["--scheduler", "nowhere"], "--scheduler", 1),
     ],
 )
-def test_mistakes_are_one_sentence_before_anything_runs(scene, tmp_path, arguments, said):
+def test_mistakes_are_one_sentence_before_anything_runs(scene, tmp_path, arguments, said, code):
     done = sweep(scene, tmp_path / "out", *arguments)
-    assert done.returncode == 1 and done.stderr.startswith("loomstone: ")
+    assert done.returncode == code and done.stderr.startswith("loomstone: ")
     assert said in done.stderr and done.stderr.count("\n") == 1
     assert not list(tmp_path.glob("out/*/run.vtkhdf"))
 
