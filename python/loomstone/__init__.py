@@ -13,7 +13,10 @@ Quantities are in SI units, unless another unit is stated.
 
 from typing import TYPE_CHECKING, Any
 
-from .base import waiting  # noqa: F401  # imported first, because it sets how threads wait
+from .base import interruption  # noqa: F401  # imported first, to catch Ctrl-C during the rest
+
+# isort: split
+from .base import waiting  # noqa: F401  # precedes the core, because it sets how threads wait
 
 # isort: split
 from .base import explained  # noqa: F401  # must precede modules that import functions of the core

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import traceback
 import warnings
@@ -16,7 +17,9 @@ from .. import _core
 from .._core import Communicator, Error, InvalidInput
 from ..base.cautions import SceneWarning
 from ..base.claims import broken_claim
+from ..base.interruption import leave_interrupts_to_python
 from ..ranks import launched_rank, share_failure
+from ..runs.signals import Abandoned
 
 __all__ = ["WrongCommand", "app", "command_line", "main", "report", "session"]
 
@@ -83,13 +86,15 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     Errors of loomstone and of the operating system, and broken claims of scene files, are printed
     in one line. The exit code is then 2 for a WrongCommand, and 1 for the others. If one rank
     raises such an error, or an unexpected exception, all ranks end. If the reader of a pipe has
-    closed it, the command ends with exit code 1 and without a message.
+    closed it, the command ends with exit code 1 and without a message. Ctrl-C ends it with exit
+    code 130, or 1 if it is the second one that a run gets.
     """
 
     def fail(message: str, code: int = 1) -> NoReturn:
         print(f"loomstone: {message}", file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
+    leave_interrupts_to_python()
     communicator = _core.single_communicator()
     if parallel and _core.launched_by_mpi():
         try:
@@ -113,8 +118,10 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(1) from None
         fail(_sentence(failure), code)
-    except KeyboardInterrupt:
+    except Abandoned:
         fail("interrupted")
+    except KeyboardInterrupt as error:
+        fail("interrupted", 128 + getattr(error, "signal", signal.SIGINT))
     except (typer.Exit, typer.Abort):
         raise
     except BaseException:

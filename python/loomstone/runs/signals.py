@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["LONGEST_WAIT", "Interrupted", "Received", "noted_signals"]
+__all__ = ["LONGEST_WAIT", "Abandoned", "Interrupted", "Received", "noted_signals"]
 
 # Longest time for which a run continues after a signal, to reach a step that can be saved [s]. The
 # value is our choice, less than the time from SIGTERM to SIGKILL in Slurm (30 s by default).
@@ -29,6 +29,10 @@ class Interrupted(KeyboardInterrupt):
 
     def __reduce__(self) -> tuple[type[Interrupted], tuple[int]]:
         return type(self), (self.signal,)  # by default, pickle would pass the signal's name
+
+
+class Abandoned(KeyboardInterrupt):
+    """Raised by a second SIGINT, which ends the run at once, without a new checkpoint."""
 
 
 class Received:
@@ -57,7 +61,7 @@ def noted_signals() -> Iterator[Received]:
             received.due = True
             return
         if received.number and number == signal.SIGINT:
-            raise KeyboardInterrupt
+            raise Abandoned
         if not received.number:
             received.when = time.monotonic()
         received.number = number

@@ -4,6 +4,8 @@ import pickle
 import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import loomstone as ls
 import pytest
@@ -56,6 +58,45 @@ def test_a_batch_that_continues_after_errors_ends_after_control_c(tmp_path):
     assert done.returncode != 0 and "failed" not in done.stdout
     assert done.stderr.count("Traceback") == 1 and done.stderr.endswith("Interrupted: SIGINT\n")
     assert (tmp_path / "first").exists() and not (tmp_path / "second").exists()
+
+
+SLOW = """
+import time
+import loomstone as ls
+def scene():
+    print("making", flush=True)
+    time.sleep(30)
+"""
+
+
+def loaded(process):
+    """Returns whether a process has loaded the core, before it loads the commands."""
+    return "_core" in Path(f"/proc/{process.pid}/maps").read_text()
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_control_c_before_the_first_step_is_one_line(tmp_path, late):
+    (tmp_path / "slow.py").write_text(SLOW)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "loomstone", "run", "slow.py"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not late and not loaded(process):
+        time.sleep(1e-3)
+    while late and process.stdout.readline() != "making\n":
+        pass
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and said == "loomstone: interrupted\n"
+
+
+def test_other_programs_keep_their_handling_of_control_c():
+    program = "import signal, loomstone\n"
+    program += "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
+    subprocess.run([sys.executable, "-c", program, "-m", "loomstone"], check=True, timeout=60)
 
 
 def test_a_signal_that_ended_a_run_passes_between_processes():

@@ -1,0 +1,42 @@
+"""Ctrl-C while the command `loomstone` loads its modules ends it with one line and exit code 130.
+
+Modules are loaded before the command can catch a KeyboardInterrupt. In other programs that import
+loomstone, nothing changes.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from typing import Any, NoReturn
+
+__all__ = ["leave_interrupts_to_python"]
+
+
+def _end(*_: Any) -> NoReturn:
+    os.write(2, b"loomstone: interrupted\n")
+    os._exit(128 + signal.SIGINT)
+
+
+def _is_command(words: list[str]) -> bool:
+    """Returns whether the arguments of the interpreter run `loomstone` or `-m loomstone`."""
+    if sys.argv[:1] == ["-m"]:
+        return "-m" in words and words[words.index("-m") + 1 :][:1] == ["loomstone"]
+    return sys.argv[0] in words and os.path.basename(sys.argv[0]) == "loomstone"
+
+
+def leave_interrupts_to_python() -> None:
+    """Lets Ctrl-C raise KeyboardInterrupt from now on."""
+    if signal.getsignal(signal.SIGINT) is _end:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# An ignored signal stays ignored, as in background jobs of a shell.
+if (
+    threading.current_thread() is threading.main_thread()
+    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    and _is_command(sys.orig_argv)
+):
+    signal.signal(signal.SIGINT, _end)
