@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +30,21 @@ def new_figure(size: tuple[float, float]) -> Any:
 def save_figure(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
     """Writes a figure to `path`, with .png added if it has no suffix, and returns the path written.
 
-    Raises CacheError if the figure cannot be written.
+    An existing file is replaced when the new one is complete. Raises CacheError if the figure
+    cannot be written.
     """
     target = Path(path)
     target = target if target.suffix else Path(f"{target}.png")
+    special = target.exists() and not target.is_file()  # a device cannot be replaced
+    unfinished = target if special else target.with_name(f"unfinished-{target.name}")
     try:
-        figure.savefig(target, dpi=dpi)
+        figure.savefig(unfinished, dpi=dpi)
+        if not special:
+            unfinished.replace(target)
     except (OSError, ValueError) as error:
+        if not special:
+            with suppress(OSError):
+                unfinished.unlink()
         reason = getattr(error, "strerror", None) or error
         raise CacheError(f"{target}: the plot cannot be written: {reason}") from error
     return target

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from .._core import CacheError
@@ -46,11 +47,19 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
 
 
 def write_table(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Writes a whole CSV file. An existing file is replaced when the new one is complete."""
+    """Writes a whole CSV file. An existing file is replaced when the new one is complete.
+
+    Raises CacheError if the file cannot be written.
+    """
     unfinished = path.with_suffix(".unfinished")
-    with unfinished.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([header, *rows])
-    unfinished.replace(path)
+    try:
+        with unfinished.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([header, *rows])
+        unfinished.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            unfinished.unlink()
+        raise CacheError(f"{path}: the table cannot be written: {error.strerror}") from error
 
 
 def _is_number(text: str) -> bool:

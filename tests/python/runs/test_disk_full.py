@@ -103,6 +103,35 @@ def test_a_table_of_steps_on_a_full_disk_is_the_same_clear_error(whole, tmp_path
     assert report["digest"] == json.loads((whole / "out" / "report.json").read_text())["digest"]
 
 
+def test_a_plot_that_does_not_fit_leaves_the_earlier_one(whole, tmp_path):
+    picture = tmp_path / "energy.png"
+    picture.write_bytes(b"earlier")
+    done = loomstone("plot", whole / "out", "--out", picture, largest_file=2000)
+    assert done.returncode == 1 and f"{picture}: the plot cannot be written" in done.stderr
+    assert picture.read_bytes() == b"earlier"
+    done = loomstone("plot", whole / "out", "--out", tmp_path / "new.png", largest_file=2000)
+    assert done.returncode == 1 and [path.name for path in tmp_path.iterdir()] == ["energy.png"]
+
+
+def test_a_table_that_does_not_fit_is_named(tmp_path):
+    program = "import pathlib; from loomstone.runs.replay import write_predictions, Prediction;"
+    program += "write_predictions(pathlib.Path('replay.csv'), [Prediction(1, 'static', 0.0)] * 99)"
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        preexec_fn=limit,
+    )
+    assert "CacheError: replay.csv: the table cannot be written: File too large" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_directory_that_cannot_be_made_is_refused_in_one_sentence(whole, tmp_path):
     (tmp_path / "file").write_text("")
     for out in (tmp_path / "file", tmp_path / "file" / "below", "/proc/none"):
