@@ -55,7 +55,10 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """Returns the integrator of the method `name`; copies the fields that `options` also has."""
+    """Returns an integrator of the method `name`. Fields that `options` also has keep its values.
+
+    Raises InvalidInput for an unknown method.
+    """
     check_method(name, where)
     return _made(METHODS[name], options.to_dict())
 
