@@ -131,7 +131,8 @@ class Simulation(_core.Simulation):
         while following <= last:
             while frames_due(self.time, rate) <= following:
                 self.step()
-            yield self.frame_at(following / rate)
+            # A frame can be due although the last step ends slightly before its time.
+            yield self.frame_at(min(following / rate, self.time))
             following += 1
 
     @takes(duration="s", rate="1/s")

@@ -200,7 +200,9 @@ class _Course:
         """Writes the frames that are due at the current time."""
         due = min(self._n_frames, frames_due(self._simulation.time, self._rate))
         while self._following < due:
-            frame = self._simulation.frame_at(self._following / self._rate)
+            # A frame can be due although the last step ends slightly before its time.
+            at = min(self._following / self._rate, self._simulation.time)
+            frame = self._simulation.frame_at(at)
             self._writer.frame(self._following, frame)
             self._watch.frame(self._following, frame)
             self._following, self._unsaved = self._following + 1, True

@@ -357,3 +357,13 @@ def test_given_steps_at_which_an_explicit_scheme_is_unstable_are_named(scheme):
         warnings.simplefilter("error")
         ls.Simulation(scene(cloth()), integrator=scheme(step=0.9 * stable))
         ls.Simulation(scene(cloth()), integrator=scheme())
+
+
+def test_a_step_that_ends_just_before_a_frame_completes_it(tmp_path):
+    euler = ls.SemiImplicitEuler(step=0.0099999995, accuracy=None)
+    sims = [
+        ls.Simulation(scene(cloth(), collisions=False), integrator=euler, threads=1)
+        for _ in range(2)
+    ]
+    assert len(list(sims[0].frames(duration=1.0, rate=1.0))) == 2
+    assert sims[1].run(out=tmp_path / "out", duration=1.0, rate=1.0)["frames"] == 2
