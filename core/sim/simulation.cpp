@@ -157,9 +157,9 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->communicator = std::move(communicator);
   data_->decomposition = decomposition;
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
-  check_attachments(integrator, data_->model);
   data_->digests = digests(scene, integrator);
   check_same_on_ranks(*data_->communicator, data_->digests);
+  check_attachments(integrator, data_->model);
   together(*data_->communicator,
            [&] { data_->steps = choose_steps(integrator, data_->model, data_->state); });
   data_->options = integrator;
