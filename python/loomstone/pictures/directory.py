@@ -62,7 +62,7 @@ def write_note(directory: Path, note: dict[str, Any]) -> None:
 
 
 def is_whole(path: Path) -> bool:
-    """Returns whether a picture (PNG) exists and has an end."""
+    """Returns whether a picture (PNG) exists and ends with the last chunk of a PNG file."""
     try:
         with path.open("rb") as file:
             file.seek(-len(_END), 2)

@@ -16,8 +16,8 @@ _OF_PICTURES = {"options.json", "unfinished-options.json"}
 def leftovers(directory: Path) -> set[str]:
     """Returns the names in a directory that a run has left which has saved nothing.
 
-    There are none if the directory has a run.vtkhdf. A directory frames/ is one of them if it has
-    the options of pictures but no pictures.
+    There are none if the directory has a run.vtkhdf. If there is an unfinished run.vtkhdf, a
+    directory frames/ with the options of pictures, but no pictures, is one of them.
     """
     if (directory / "run.vtkhdf").exists():
         return set()
@@ -25,7 +25,7 @@ def leftovers(directory: Path) -> set[str]:
     if PARTS[0] in found and (directory / "bodies.vtkhdf").is_file():
         found.add("bodies.vtkhdf")
     frames = directory / "frames"
-    if frames.is_dir() and not frames.is_symlink():
+    if PARTS[0] in found and frames.is_dir() and not frames.is_symlink():
         names = {path.name for path in frames.iterdir()}
         if names and names <= _OF_PICTURES:
             found.add("frames")

@@ -51,7 +51,10 @@ def load_caches(files: list[Path]) -> None:
 
 
 def vertices() -> dict[str, np.ndarray]:
-    """Returns the vertices (n x 3) [m] of each mesh in world space, by a running number."""
+    """Returns the vertices (n x 3) [m] of each mesh in world space.
+
+    The keys are "0", "1" and so on, in the order of the objects of the scene.
+    """
     graph = bpy.context.evaluated_depsgraph_get()
     found = {}
     for made in bpy.context.scene.objects:

@@ -91,7 +91,8 @@ TEST_CASE("a body and the strip attached to it keep their momentum and energy in
   CHECK((momentum() - before).norm() < 1e-11 * before.norm());
   CAPTURE(static_cast<int>(schedule), begin, least, most);
   // The energy of nested steps (leapfrog) only oscillates. The bound for a queue is larger, because
-  // its velocities lag behind its positions by half a step.
+  // an impulse acts as a whole at its event, so positions and velocities are up to half a step
+  // apart.
   const double bound = schedule == Schedule::Nested ? 0.005 : 0.05;
   CHECK(most < (1.0 + bound) * begin);
   CHECK(least > (1.0 - bound) * begin);
