@@ -92,7 +92,7 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
 @pytest.mark.parametrize(
     ("scene", "duration", "excess", "kinetic"),
     [
-        (struck(15.0, 0.02), 0.12, 0.02, 45.0),
+        (struck(15.0, 0.02), 0.12, 0.05, 45.0),
         (struck(50.0, 0.05), 0.12, 0.1, 160.0),
         (pile(0.05, seed=4), 0.35, 0.02, 17.0),
         (pile(0.1, seed=3), 0.35, 0.02, 17.0),
