@@ -118,6 +118,9 @@ void bind_intersecting_pairs(py::module_& m) {
         const Points vertices = as_rows<Points>(points, {"points", "m"});
         const Triangles faces = as_rows<Triangles>(triangles, "triangles");
         check_indices(faces, vertices.rows());
+        for (Index i = 0; i < vertices.rows(); ++i)
+          if (!vertices.row(i).allFinite())
+            fail<InvalidInput>("points must be finite, but row {} is not", i);
         const py::gil_scoped_release release;
         return intersecting_pairs(vertices, faces);
       },

@@ -9,8 +9,8 @@
 namespace loomstone {
 
 // Returns the triangles of a polygon, three corner numbers each. They have the orientation of the
-// polygon. If the triangles around the first corner do not overlap or if the polygon has no area,
-// they are returned; otherwise ears are cut off one by one [Meisters1975]. The polygon need not be
+// polygon. If the triangles around the first corner do not overlap or have no area, they are
+// returned; otherwise ears are cut off one by one [Meisters1975]. The polygon need not be
 // exactly flat. If its outline crosses itself, the result is meaningless or, in most cases, empty.
 std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners);
 

@@ -159,7 +159,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.seed = part.seed, inputs.h = part.h;
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
-  inputs.scripted_speed = scripted_speed(part, loads.x0, x1, model);
+  if (limiter) inputs.scripted_speed = scripted_speed(part, loads.x0, x1, model);
   const ClothState& solved = state.cloth;
   inputs.x = &solved.x, inputs.v = &solved.v;
   inputs.energy = [&](const Points& x1, const Points& at_rest) {

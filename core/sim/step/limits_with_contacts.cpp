@@ -299,12 +299,13 @@ class Constraining {
 
   void certify() {
     target_ = x1_;
-    const FreeBodies before = bodies_;
-    const Points at_rest = report_.at_rest;
+    const bool keeps_energy = in_.limiter && !in_.repelled;
+    const FreeBodies before = keeps_energy ? bodies_ : FreeBodies();
+    const Points at_rest = keeps_energy ? report_.at_rest : Points();
     CertifyReport done = in_.collision->certify(*in_.collision_team, motion(), x1_, bodies_);
     const bool may_move = done.impacts > 0;
     withhold_at_rest(done.withheld);
-    if (may_move && in_.limiter && !in_.repelled) keep_energy_of_impacts(before, at_rest);
+    if (may_move && keeps_energy) keep_energy_of_impacts(before, at_rest);
     done.impacts += report_.certified.impacts;
     done.merge(report_.certified.withheld);
     report_.certified = std::move(done);

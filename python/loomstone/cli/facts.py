@@ -7,14 +7,22 @@ from pathlib import Path
 from typing import Any
 
 from .. import _core, meshes
-from .._core import CacheError
+from .._core import CacheError, InvalidInput, TriangleMesh
 from ..integrators import to_record
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files
 from ..runs.scene_file import SceneFile
 from ..runs.steps import summary_of_steps
 
-__all__ = ["facts"]
+__all__ = ["facts", "mesh_of"]
+
+
+def mesh_of(path: Path) -> TriangleMesh:
+    """Reads a mesh, without its texture coordinates if they are not usable."""
+    try:
+        return meshes.read(path)
+    except InvalidInput:
+        return meshes.read(path, with_uv=False)
 
 
 def facts(path: Path) -> dict[str, Any]:
@@ -30,7 +38,7 @@ def facts(path: Path) -> dict[str, Any]:
         arrays = {name: list(array.shape) for name, array in sorted(stored.arrays.items())}
         kept = {"arrays": arrays, "integers": stored.integers, "texts": stored.texts}
         return {"kind": "checkpoint", "path": str(path), **kept}
-    mesh = meshes.read(path)
+    mesh = mesh_of(path)
     return {
         "kind": "mesh",
         "path": str(path),

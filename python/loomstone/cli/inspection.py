@@ -20,6 +20,7 @@ from ..runs.stored_program import printable, stored_program
 from ..runs.stored_scene import STORED_SCENE, begun_in_python
 from ..runs.verification import count_intersections
 from ..simulation import Simulation
+from .facts import mesh_of
 
 __all__ = ["check_run", "check_scene", "describe", "print_source", "report_text"]
 
@@ -48,7 +49,7 @@ def describe(path: Path) -> None:
         for name, text in sorted(checkpoint.texts.items()):
             print(f"  {name} {text}")
     else:
-        _describe_mesh(meshes.read(path))
+        _describe_mesh(mesh_of(path))
 
 
 def _describe_mesh(mesh: TriangleMesh) -> None:

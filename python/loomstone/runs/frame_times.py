@@ -14,13 +14,14 @@ __all__ = ["frame_count", "frames_due", "told_of_part_frame", "warn_of_part_fram
 MOST_FRAMES = 1_000_000
 
 # A duration is a whole number of frames if it differs from it by at most the first number of
-# frames, or by the second fraction. Rates and durations of video, such as 29.97 frames/s for
-# 30000/1001, are rounded by a millionth.
-_ROUNDED_BY, _ROUNDED_BY_FRACTION = 1e-3, 2e-6
+# frames, or by the second fraction, but never by more than the third number of frames. Rates and
+# durations of video, such as 29.97 frames/s for 30000/1001, are rounded by a millionth.
+_ROUNDED_BY, _ROUNDED_BY_FRACTION, _MOST_ROUNDED_BY = 1e-3, 2e-6, 0.05
 
 
 def _whole(frames: float) -> bool:
-    return bool(abs(frames - round(frames)) <= max(_ROUNDED_BY, _ROUNDED_BY_FRACTION * frames))
+    tolerance = min(max(_ROUNDED_BY, _ROUNDED_BY_FRACTION * frames), _MOST_ROUNDED_BY)
+    return bool(abs(frames - round(frames)) <= tolerance)
 
 
 def frame_count(duration: float, rate: float) -> int:
@@ -53,7 +54,7 @@ def frames_due(time: float, rate: float) -> int:
 def told_of_part_frame(duration: float, rate: float) -> str:
     """Returns a message if a duration is not a whole number of frames, or else an empty string."""
     whole = frame_count(duration, rate) - 1
-    if _whole(duration * rate):
+    if _whole(duration * rate) and (whole > 0 or duration == 0):
         return ""
     end = "no step is taken" if whole == 0 else f"the simulation ends at {whole / rate:.6g} s"
     return (

@@ -152,3 +152,10 @@ def test_a_detector_names_bad_input():
     x0[3] = np.inf
     with pytest.raises(ls.InvalidInput, match="vertex 3 is not"):
         detector.collisions(x0, x1)
+
+
+def test_points_that_are_not_finite_are_refused():
+    points = np.zeros((6, 3))
+    points[4, 1] = np.nan
+    with pytest.raises(ls.InvalidInput, match="points must be finite, but row 4 is not"):
+        ls.collision.intersecting_pairs(points, [[0, 1, 2], [3, 4, 5]])

@@ -320,6 +320,7 @@ def test_warnings_can_be_made_errors():
     "duration, said",
     [
         (0.02, "duration 0.02 s is 0.5 frames at 25 frames/s, so no step is taken; 0.04 s is"),
+        (3e-5, "so no step is taken; 0.04 s is"),
         (0.1, "2.5 frames at 25 frames/s, so the simulation ends at 0.08 s; 0.12 s is a whole"),
     ],
 )
