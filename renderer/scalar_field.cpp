@@ -101,7 +101,11 @@ ColorRange color_range(const RenderOptions& options, const std::string& row,
   if (row != "contact") {
     if (diverging) {
       const double neutral = row == "stretch" ? 1.0 : 0.0;
-      const double reach = std::max(neutral - range.low, range.high - neutral);
+      double reach = std::max(neutral - range.low, range.high - neutral);
+      if (options.color_low && !options.color_high && *options.color_low < neutral)
+        reach = neutral - *options.color_low;
+      if (options.color_high && !options.color_low && *options.color_high > neutral)
+        reach = *options.color_high - neutral;
       range = {neutral - reach, neutral + reach};
     }
     // Rounding errors of equal values are not visible in a range of this width.

@@ -35,8 +35,9 @@ std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& to
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
 // Returns the range from color_low to color_high. An end that is not given is that of the range
 // `values`. For fields other than contact, `values` is first made symmetric about the neutral value
-// (1 for stretch, 0 for strains) if the map is diverging, and widened if it has almost no width. If
-// all values are beyond the given end, the range begins or ends there and has almost no width.
+// (1 for stretch, 0 for strains) if the map is diverging, with the reach of a single given end
+// beyond it, and widened if it has almost no width. If all values are beyond the given end, the
+// range begins or ends there and has almost no width.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

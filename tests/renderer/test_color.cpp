@@ -56,7 +56,8 @@ TEST_CASE("an automatic range covers the values, a given one is kept, a divergin
   options.color_high.reset();
   CHECK(color_range(options, "strain_warp", values, false).low == -1.0);
   CHECK(color_range(options, "strain_warp", values, false).high == 0.04);
-  options.color_low = 0.1;  // more than all values
+  CHECK(color_range(options, "strain_warp", values, true).high == 1.0);  // mirrored
+  options.color_low = 0.1;                                               // more than all values
   CHECK(color_range(options, "strain_warp", values, false).low == 0.1);
   CHECK(color_range(options, "strain_warp", values, false).high > 0.1);
   options.color_low.reset(), options.color_high = -0.5;  // less than all values
