@@ -197,7 +197,7 @@ def test_the_command_draws_any_closed_mesh(tmp_path):
     assert done.exit_code == 0, done.output
     for path in (out, cut, curve):
         assert np.asarray(Image.open(path)).std() > 5
-    assert CliRunner().invoke(app, ["field", str(mesh), "--polarization", "up"]).exit_code == 1
+    assert CliRunner().invoke(app, ["field", str(mesh), "--polarization", "up"]).exit_code == 2
 
 
 def test_forces_over_distance_and_angle_are_those_of_dipoles():

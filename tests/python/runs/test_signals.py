@@ -69,6 +69,11 @@ def scene():
 """
 
 
+def heed_control_c():
+    """Undoes that shells let programs in the background ignore SIGINT."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def loaded(process):
     """Returns whether a process has loaded the core, before it loads the commands."""
     return "_core" in Path(f"/proc/{process.pid}/maps").read_text()
@@ -83,6 +88,7 @@ def test_control_c_before_the_first_step_is_one_line(tmp_path, late):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heed_control_c,
     )
     while not late and not loaded(process):
         time.sleep(1e-3)
@@ -96,7 +102,8 @@ def test_control_c_before_the_first_step_is_one_line(tmp_path, late):
 def test_other_programs_keep_their_handling_of_control_c():
     program = "import signal, loomstone\n"
     program += "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
-    subprocess.run([sys.executable, "-c", program, "-m", "loomstone"], check=True, timeout=60)
+    command = [sys.executable, "-c", program, "-m", "loomstone"]
+    subprocess.run(command, check=True, timeout=60, preexec_fn=heed_control_c)
 
 
 def test_a_signal_that_ended_a_run_passes_between_processes():
