@@ -29,6 +29,31 @@ struct Mode {
   double excess, margin;
 };
 
+// Kinetic energy of masses of which the fraction s of some changes of velocity is applied:
+// before + s linear + s^2 square [J].
+struct KineticEnergy {
+  double before = 0.0, linear = 0.0, square = 0.0;
+
+  double after() const { return before + linear + square; }
+  void add(double mass, const Vec3& velocity, const Vec3& change) {
+    before += 0.5 * mass * velocity.squaredNorm();
+    linear += mass * velocity.dot(change);
+    square += 0.5 * mass * change.squaredNorm();
+  }
+  void add(const Mat3& inertia, const Vec3& velocity, const Vec3& change) {
+    before += 0.5 * velocity.dot(inertia * velocity);
+    linear += velocity.dot(inertia * change);
+    square += 0.5 * change.dot(inertia * change);
+  }
+  // Returns the largest fraction in [0, 1] up to which the energy is at most `most`, which must not
+  // be less than `before` [J].
+  double largest_share(double most) const {
+    if (after() <= most) return 1.0;
+    const double root = std::sqrt(linear * linear + 4.0 * square * (most - before));
+    return std::clamp((root - linear) / (2.0 * square), 0.0, 1.0);
+  }
+};
+
 class Constraining {
  public:
   Constraining(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies)
@@ -152,9 +177,8 @@ class Constraining {
     for (std::size_t k = 0; k + 1 < cloth.first_vertex.size(); ++k) {
       if (limited_in_solve(k)) continue;
       if (at_rest.rows() == 0) at_rest = Points::Zero(cloth.n_vertices, 3);
-      // If the fraction s of the corrections changes velocities, the kinetic energy is
-      // k0 + s b + s^2 c.
-      double mass = 0.0, speed = 0.0, k0 = 0.0, b = 0.0, c = 0.0;
+      double mass = 0.0, speed = 0.0;
+      KineticEnergy energy;
       for (Index i = cloth.first_vertex[k]; i < cloth.first_vertex[k + 1]; ++i) {
         const double m = cloth.mass[i];
         mass += m;
@@ -164,14 +188,13 @@ class Constraining {
         }
         const Vec3 v =
             (in_.v->row(i) + (wanted.row(i) - in_.x->row(i) - at_rest.row(i)) / in_.h).transpose();
-        const Vec3 dv = (x1_.row(i) - wanted.row(i)).transpose() / in_.h;
-        k0 += 0.5 * m * v.squaredNorm(), b += m * v.dot(dv), c += 0.5 * m * dv.squaredNorm();
+        energy.add(m, v, (x1_.row(i) - wanted.row(i)).transpose() / in_.h);
       }
-      const double most = std::max(k0, 0.5 * mass * speed * speed);
-      if (k0 + b + c <= most) continue;
-      const double share = (std::sqrt(b * b + 4.0 * c * (most - k0)) - b) / (2.0 * c);
+      const double share =
+          energy.largest_share(std::max(energy.before, 0.5 * mass * speed * speed));
+      if (share == 1.0) continue;
       for (Index i = cloth.first_vertex[k]; i < cloth.first_vertex[k + 1]; ++i)
-        at_rest.row(i) += (1.0 - std::clamp(share, 0.0, 1.0)) * (x1_.row(i) - wanted.row(i));
+        at_rest.row(i) += (1.0 - share) * (x1_.row(i) - wanted.row(i));
     }
   }
 
@@ -191,35 +214,27 @@ class Constraining {
               rest(at_rest, i)) /
              in_.h;
     };
-    // If the fraction s of the corrections changes velocities, the kinetic energy is
-    // k0 + s b + s^2 c.
-    double mass = 0.0, k0 = 0.0, b = 0.0, c = 0.0;
-    const auto add = [&](double m, const Vec3& v, const Vec3& dv) {
-      k0 += 0.5 * m * v.squaredNorm(), b += m * v.dot(dv), c += 0.5 * m * dv.squaredNorm();
-    };
+    double mass = 0.0;
+    KineticEnergy energy;
     for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
       if (x1_.row(i) == target_.row(i) || !((*in_.inverse_mass)[i] > 0.0)) continue;
       const Vec3 v = in_.v->row(i).transpose() +
                      ((target_.row(i) - in_.x->row(i)).transpose() - rest(at_rest, i)) / in_.h;
-      add(in_.cloth->mass[i], v, change(i));
+      energy.add(in_.cloth->mass[i], v, change(i));
       mass += in_.cloth->mass[i];
     }
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const FreeBody &body = bodies[i], &now = bodies_[i];
       if (now.moved == body.moved && now.turned == body.turned) continue;
-      add(1.0 / body.inverse_mass, body.velocity + body.moved / in_.h,
-          (now.moved - body.moved) / in_.h);
-      const Mat3 inertia = body.inverse_inertia.inverse();
-      const Vec3 w = body.angular_velocity + body.turned / in_.h,
-                 dw = (now.turned - body.turned) / in_.h;
-      k0 += 0.5 * w.dot(inertia * w), b += w.dot(inertia * dw), c += 0.5 * dw.dot(inertia * dw);
+      energy.add(1.0 / body.inverse_mass, body.velocity + body.moved / in_.h,
+                 (now.moved - body.moved) / in_.h);
+      energy.add(Mat3(body.inverse_inertia.inverse()), body.angular_velocity + body.turned / in_.h,
+                 (now.turned - body.turned) / in_.h);
       mass += 1.0 / body.inverse_mass;
     }
-    if (b + c <= 0.0) return;
-    const double most = std::max(k0, 0.5 * mass * in_.scripted_speed * in_.scripted_speed);
-    if (k0 + b + c <= most) return;
-    const double share = std::clamp(
-        (std::sqrt(std::max(0.0, b * b + 4.0 * c * (most - k0))) - b) / (2.0 * c), 0.0, 1.0);
+    const double of_scripts = 0.5 * mass * in_.scripted_speed * in_.scripted_speed;
+    const double share = energy.largest_share(std::max(energy.before, of_scripts));
+    if (share == 1.0) return;
     if (report_.at_rest.rows() == 0) report_.at_rest = Points::Zero(in_.cloth->n_vertices, 3);
     for (Index i = 0; i < in_.cloth->n_vertices; ++i)
       if (x1_.row(i) != target_.row(i))
