@@ -47,9 +47,9 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 // point of a vertex on a face lies on an edge or corner that also belongs to a nearer face in
 // contact with this vertex, the contact has the share 0. If two faces are equally near, the one
 // with the smaller id counts as nearer. The remaining contacts of a vertex with faces of one
-// surface divide their force among themselves. Of these, a contact with normal n and force F has
-// the share 1 / (1 + S), where S is the sum of max(0, n.n')^2 min(1, F'/F) over the others, with
-// normals n' and forces F' (all forces at the same stiffness).
+// surface divide their force among themselves. One of them with normal n and force F has the share
+// 1 / (1 + S), where S is the sum of max(0, n.n')^2 min(1, F'/F) over the others, with normals n'
+// and forces F' (all forces at the same stiffness).
 // Shares of edge contacts fade to 0 where a closest point approaches an end of its edge or the
 // edges become parallel, because vertex contacts take over there. Shares are constant within a
 // step. Energies and derivatives are those of the force law, scaled by the shares.
