@@ -147,6 +147,23 @@ Elasticity::LimitPhaseScope Elasticity::last_limit_phase() {
   return LimitPhaseScope(membrane_);
 }
 
+void Elasticity::add_phase_forces(const Team& team, const Points& x, Index begin, Index end,
+                                  RowsOut force) {
+  if (!limit_phase_) return;
+  OwnRows with, without;
+  for (OwnRows* rows : {&with, &without}) {
+    rows->resize(begin, end);
+    std::fill_n(rows->data(), 3 * static_cast<std::size_t>(end - begin), 0.0);
+  }
+  const auto add = [&](RowsOut to) { membrane_.add_forces(team, x, nullptr, begin, end, to); };
+  add_known(team, x, {begin, end}, known_.membrane, add, RowsOut(without));
+  const LimitPhaseScope phase = last_limit_phase();
+  add(RowsOut(with));
+  parallel_for(team, end - begin, [&](Index i) {
+    force.row(begin + i) += with.row(begin + i) - without.row(begin + i);
+  });
+}
+
 void Elasticity::know_forces_at(const Points& x, Range rows) {
   if (known_.rows == rows && known_.at.at(x)) return;
   known_.membrane.known = known_.bending.known = false;

@@ -87,6 +87,9 @@ class Elasticity {
                               const std::uint8_t* yields = nullptr, double recovery = 1.0);
   // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
   bool in_limit_phase() const { return in_limit_phase_; }
+  // Adds to rows [begin, end) of `force` the forces that the phases of the last call of
+  // limit_phase() exert at x. No guard may exist.
+  void add_phase_forces(const Team& team, const Points& x, Index begin, Index end, RowsOut force);
   // Returns another guard for the phases that the last call of limit_phase() determined.
   LimitPhaseScope last_limit_phase();
 

@@ -110,17 +110,21 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
 // bodies load. Collective if `elasticity` is divided among ranks.
 void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engines& engines,
                       Elasticity& elasticity, Points& forces) {
-  const Model& model = engines.model;
-  if (!engines.limits_in_solve || !engines.limiter || model.n_bodies() == 0) return;
+  if (!engines.limits_in_solve || !engines.limiter) return;
+  const CollisionModel& collision = engines.model.collision;
+  const std::vector<std::uint8_t> loaded = loaded_by_bodies(engines.model, contacts);
+  bool any = false;
+  for (std::size_t s = 0; s < loaded.size(); ++s)
+    any = any || (loaded[s] && collision.surfaces[s].kind == CollisionSurface::Kind::Cloth);
+  if (!any) return;
   const Rows rows = cloth_rows(engines, elasticity);
-  Points without = Points::Zero(x.rows(), 3), with = without;
-  add_elastic_forces(x, engines, elasticity, without);
-  const auto phase = elasticity.limit_phase(engines.team, x, rows.begin, rows.end);
-  add_elastic_forces(x, engines, elasticity, with);
-  const std::vector<std::uint8_t> loaded = loaded_by_bodies(model, contacts);
+  Points of_limits = Points::Zero(x.rows(), 3);
+  static_cast<void>(elasticity.limit_phase(engines.team, x, rows.begin, rows.end));
+  elasticity.add_phase_forces(engines.team, x, rows.begin, rows.end, of_limits);
+  if (elasticity.divided()) gather_rows(engines.layout, of_limits);
   for (Index v = 0; v < x.rows(); ++v)
-    if (loaded[model.collision.surface_of_vertex[v]])
-      forces.row(v) += share_of_limit_forces * (with.row(v) - without.row(v));
+    if (loaded[collision.surface_of_vertex[v]])
+      forces.row(v) += share_of_limit_forces * of_limits.row(v);
 }
 
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows

@@ -81,11 +81,13 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
 // Returns the forces that limit phases exert in the solve, which moves the cloth from `start` to
 // `end`, in owned rows (n x 3) [N].
 Points limit_forces(const Points& start, const Points& end, Engines& engines) {
+  const Index n = static_cast<Index>(start.rows());
+  const Index first = std::min(engines.layout.begin(), n), last = std::min(engines.layout.end(), n);
   const auto at = [&](double share) {
-    const Points x = start + share * (end - start);
-    const Points without = inner_forces(x, nullptr, engines);
-    const auto phase = engines.elasticity->last_limit_phase();
-    return Points(inner_forces(x, nullptr, engines) - without);
+    Points force = Points::Zero(n, 3);
+    engines.elasticity->add_phase_forces(engines.team, start + share * (end - start), first, last,
+                                         force);
+    return force;
   };
   const double time = engines.integrator->time_of_forces();
   if (engines.integrator->asks_energy()) return at(time);
