@@ -29,7 +29,7 @@ from .pictures.notebook import remember
 from .plausibility import implausible
 from .ranks import end_all_on_failure
 from .runs.execution import execute
-from .runs.frame_times import frame_count, frames_due, warn_of_part_frame
+from .runs.frame_times import frame_count, frames_due, time_of_frame, warn_of_part_frame
 from .runs.options import RunOptions
 
 __all__ = ["Simulation"]
@@ -131,8 +131,7 @@ class Simulation(_core.Simulation):
         while following <= last:
             while frames_due(self.time, rate) <= following:
                 self.step()
-            # A frame can be due although the last step ends slightly before its time.
-            yield self.frame_at(min(following / rate, self.time))
+            yield self.frame_at(time_of_frame(following, rate, self.time))
             following += 1
 
     @takes(duration="s", rate="1/s")

@@ -18,7 +18,7 @@ from .._core import CacheError
 from ..ranks import together
 from .cache import Run
 from .checkpoints import latest_checkpoint
-from .frame_times import frame_count, frames_due
+from .frame_times import frame_count, frames_due, time_of_frame
 from .last_words import last_words
 from .lock import DirectoryLock
 from .magnet_record import magnets_to_record
@@ -200,8 +200,7 @@ class _Course:
         """Writes the frames that are due at the current time."""
         due = min(self._n_frames, frames_due(self._simulation.time, self._rate))
         while self._following < due:
-            # A frame can be due although the last step ends slightly before its time.
-            at = min(self._following / self._rate, self._simulation.time)
+            at = time_of_frame(self._following, self._rate, self._simulation.time)
             frame = self._simulation.frame_at(at)
             self._writer.frame(self._following, frame)
             self._watch.frame(self._following, frame)

@@ -9,7 +9,13 @@ import numpy as np
 from .._core import InvalidInput
 from ..base.cautions import SceneWarning
 
-__all__ = ["frame_count", "frames_due", "told_of_part_frame", "warn_of_part_frame"]
+__all__ = [
+    "frame_count",
+    "frames_due",
+    "time_of_frame",
+    "told_of_part_frame",
+    "warn_of_part_frame",
+]
 
 MOST_FRAMES = 1_000_000
 
@@ -49,6 +55,11 @@ def frame_count(duration: float, rate: float) -> int:
 def frames_due(time: float, rate: float) -> int:
     """Returns the number of frames up to a time. A tolerance absorbs rounding of summed steps."""
     return int(np.floor(time * rate + 1e-6)) + 1
+
+
+def time_of_frame(index: int, rate: float, time: float) -> float:
+    """Returns the time of a frame that is due at `time` (see frames_due()), at most `time` [s]."""
+    return min(index / rate, time)
 
 
 def told_of_part_frame(duration: float, rate: float) -> str:
