@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from .._core import CacheError, Unsupported
+from .replacement import replacement, written
 
 
 def new_figure(size: tuple[float, float]) -> Any:
@@ -35,16 +35,13 @@ def save_figure(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Pat
     """
     target = Path(path)
     target = target if target.suffix else Path(f"{target}.png")
-    special = target.exists() and not target.is_file()  # a device cannot be replaced
-    unfinished = target if special else target.with_name(f"unfinished-{target.name}")
     try:
-        figure.savefig(unfinished, dpi=dpi)
-        if not special:
-            unfinished.replace(target)
-    except (OSError, ValueError) as error:
-        if not special:
-            with suppress(OSError):
-                unfinished.unlink()
-        reason = getattr(error, "strerror", None) or error
-        raise CacheError(f"{target}: the plot cannot be written: {reason}") from error
+        if target.exists() and not target.is_file():  # a device cannot be replaced
+            with written(target, "the plot"):
+                figure.savefig(target, dpi=dpi)
+        else:
+            with replacement(target, "the plot") as unfinished:
+                figure.savefig(unfinished, dpi=dpi)
+    except ValueError as error:
+        raise CacheError(f"{target}: the plot cannot be written: {error}") from error
     return target

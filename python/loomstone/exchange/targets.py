@@ -6,10 +6,11 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from .._core import CacheError, InvalidInput
+from ..base.replacement import replacement, written
 
 __all__ = ["check_free", "remove_sequences", "unfinished", "unfinished_directory"]
 
@@ -39,18 +40,11 @@ def unfinished(path: Path, *, size: int) -> Iterator[Path]:
 
     size : free space [bytes] that is required before writing begins
     """
-    partial = path.with_name(f"unfinished-{path.name}")
-    try:
-        with _told(path):
-            with partial.open("wb") as file:
-                os.posix_fallocate(file.fileno(), 0, size)
-            partial.unlink()
-            yield partial
-            partial.replace(path)
-    except BaseException:
-        with suppress(OSError):  # the error that ended the export is reported
-            partial.unlink(missing_ok=True)
-        raise
+    with replacement(path) as partial:
+        with partial.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+        partial.unlink()
+        yield partial
 
 
 @contextmanager
@@ -61,7 +55,7 @@ def unfinished_directory(directory: Path) -> Iterator[Path]:
     """
     partial = directory.with_name(f"unfinished-{directory.name}")
     try:
-        with _told(directory):
+        with written(directory):
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir()
             yield partial
@@ -70,20 +64,6 @@ def unfinished_directory(directory: Path) -> Iterator[Path]:
                 path.replace(directory / path.name)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-
-
-@contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """Turns an OSError into a CacheError with one sentence about `path`."""
-    try:
-        yield
-    except CacheError:
-        raise
-    except OSError as error:
-        raise CacheError(
-            f"{path}: cannot be written: {error.strerror or error}; check the path and the space on"
-            " the disk"
-        ) from error
 
 
 def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .._core import CacheError
 from ..base.arguments import takes
-from .directory import picture
+from .directory import is_whole, picture
 
 __all__ = ["encode"]
 
@@ -19,11 +19,11 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
     frames : number of pictures, which the directory must contain from index 0 on
     rate : pictures per second [1/s]
 
-    Raises CacheError if a picture is missing or ffmpeg fails.
+    Raises CacheError if a picture is missing or incomplete, or if ffmpeg fails.
     """
     import imageio_ffmpeg
 
-    if missing := [i for i in range(frames) if not picture(directory, i).exists()]:
+    if missing := [i for i in range(frames) if not is_whole(picture(directory, i))]:
         raise CacheError(
             f"{directory} must hold the pictures of {frames} frames, but has none of frame"
             f" {missing[0]}; render it first"

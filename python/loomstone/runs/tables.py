@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from .._core import CacheError
+from ..base.replacement import replacement
 
 __all__ = ["read_table", "write_table"]
 
@@ -51,15 +51,11 @@ def write_table(path: Path, header: Sequence[str], rows: Sequence[Sequence[objec
 
     Raises CacheError if the file cannot be written.
     """
-    unfinished = path.with_suffix(".unfinished")
-    try:
-        with unfinished.open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([header, *rows])
-        unfinished.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink()
-        raise CacheError(f"{path}: the table cannot be written: {error.strerror}") from error
+    with (
+        replacement(path, "the table") as unfinished,
+        unfinished.open("w", newline="", encoding="utf-8") as file,
+    ):
+        csv.writer(file).writerows([header, *rows])
 
 
 def _is_number(text: str) -> bool:

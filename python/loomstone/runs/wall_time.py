@@ -9,6 +9,8 @@ import json
 import time
 from pathlib import Path
 
+from ..base.replacement import replacement
+
 __all__ = ["WALL_TIME", "WallTime"]
 
 WALL_TIME = "wall_time.json"
@@ -29,10 +31,9 @@ class WallTime:
 
     def keep(self) -> None:
         """Writes the wall time up to now."""
-        unfinished = self._file.with_suffix(".unfinished")
         seconds = self.before + time.perf_counter() - self._began
-        unfinished.write_text(json.dumps({"wall_seconds": seconds}) + "\n")
-        unfinished.replace(self._file)
+        with replacement(self._file) as unfinished:
+            unfinished.write_text(json.dumps({"wall_seconds": seconds}) + "\n")
 
 
 def _seconds(path: Path) -> float:

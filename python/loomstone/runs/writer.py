@@ -20,7 +20,7 @@ from .._core import (
     FrameWriter,
     StepReport,
 )
-from ..pictures.directory import claim, drawn_with, picture
+from ..pictures.directory import claim, drawn_with, is_whole, picture
 from ..pictures.drawing import render_run
 from ..pictures.painter import Painter, needs_all_frames
 from ..pictures.renderer import Renderer
@@ -167,7 +167,7 @@ class Writer(NoWriter):
             return True
         if not needs_all_frames(options):
             drawn = (
-                picture(self._directory / "frames", i).exists()
+                is_whole(picture(self._directory / "frames", i))
                 for i in range(self._frames.n_frames)
             )
             if all(drawn):
@@ -176,7 +176,7 @@ class Writer(NoWriter):
             paths = render_run(
                 Run(self._directory), options, jobs=1, stop=stop, simulation=self._simulation
             )
-        return all(path.exists() for path in paths)
+        return all(map(is_whole, paths))
 
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
         report["wall_seconds"] = self._wall_time.before + report["wall_seconds"]
@@ -347,15 +347,15 @@ def _remove_run(directory: Path) -> None:
         "bodies.vtkhdf",
         *PARTS,
         "steps.csv",
-        "steps.unfinished",
+        "unfinished-steps.csv",
         "frames.csv",
-        "frames.unfinished",
+        "unfinished-frames.csv",
         "forced.csv",
         "limits.csv",
         "replay.csv",
         "report.json",
         WALL_TIME,
-        "wall_time.unfinished",
+        f"unfinished-{WALL_TIME}",
         "video.mp4",
         STORED_SCENE,
     ):

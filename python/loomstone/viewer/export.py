@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
 from pathlib import Path
 
 from .._core import CacheError, Camera, InvalidInput
 from ..base.arguments import takes
+from ..base.replacement import replacement
 from ..runs.cache import Run
 from .page import Page
 from .surfaces import FIELDS
@@ -54,12 +54,6 @@ def write_html(
         text = recording.as_html()
     finally:
         page.stop()
-    unfinished = target.with_name(target.name + ".part")
-    try:
+    with replacement(target, "the page") as unfinished:
         unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(target)
-    except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
-        raise CacheError(f"{target}: the page cannot be written: {error.strerror}") from error
     return target

@@ -37,7 +37,7 @@ def test_a_run_records_the_motion_of_every_tenth_step(recorded):
         "step-0000000010.npz",
         "step-0000000020.npz",
     ]
-    assert not list(recorded.rglob("*.unfinished"))
+    assert not list(recorded.rglob("unfinished-*"))
     motion = read_motion(motion_files(recorded)[1])
     assert len(motion.surfaces) == 3 and list(motion.surfaces[:, 0]) == [0, 0, 2]
     assert len(motion.triangles) > 2 * 1800

@@ -53,7 +53,9 @@ def test_a_target_that_cannot_be_written_is_named_with_the_reason(
 ):
     pytest.importorskip("viser" if arguments[0] == "view" else "matplotlib")
     code, told = loomstone(*arguments)
-    assert code == 1 and told.err == f"loomstone: {said}: No such file or directory\n"
+    advice = "check the path and the space on the disk"
+    assert code == 1
+    assert told.err == f"loomstone: {said}: No such file or directory; {advice}\n"
 
 
 def test_a_plot_without_a_suffix_is_a_png_of_the_printed_name(loomstone, body_run, tmp_path):

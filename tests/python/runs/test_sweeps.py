@@ -17,7 +17,6 @@ from loomstone.sweeps.plan import claim, parse_values, points_of
 
 SCENE = """
 import os
-import shutil
 import time
 import loomstone as ls
 duration = 0.2
