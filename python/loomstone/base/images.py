@@ -24,7 +24,10 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
 
     try:
         with Image.open(path) as image:
-            deep = image.mode == "I" or image.mode.startswith("I;16")  # grey, 16 bits
+            # Grey of 16 bits. Values of the mode I can also be those of bytes.
+            deep = image.mode.startswith("I;16") or (
+                image.mode == "I" and int(np.asarray(image).max(initial=0)) > 255
+            )
             shown = Image.fromarray(_high_bytes(image)) if deep else image
             return np.asarray(shown.convert("RGBA"))
     except FileNotFoundError:

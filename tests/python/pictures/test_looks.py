@@ -53,6 +53,11 @@ def test_grey_images_of_16_bits_keep_their_values(tmp_path):
         assert (read_image(tmp_path / name) == (128, 128, 128, 255)).all()
 
 
+def test_grey_images_of_32_bits_keep_values_of_bytes(tmp_path):
+    Image.fromarray(np.full((8, 8), 200, np.int32)).save(tmp_path / "grey.tif")
+    assert (read_image(tmp_path / "grey.tif") == (200, 200, 200, 255)).all()
+
+
 def test_an_image_that_covers_the_cloth_once_does_not_wrap_at_the_border():
     halves = np.zeros((8, 8, 3), np.uint8)
     halves[:4, :, 0], halves[4:, :, 2] = 255, 255
