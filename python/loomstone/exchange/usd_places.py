@@ -44,7 +44,9 @@ class _Search:
         self._path, self._stage, self._first_code = path, stage, first_code
         self._usd, self._geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
         self.left_out: list[str] = []  # paths and types of visible shapes that are no meshes
-        every = self._usd.PrimRange(stage.GetPseudoRoot(), self._usd.TraverseInstanceProxies())
+        self._anywhere = self._usd.PrimIsActive & self._usd.PrimIsLoaded  # also overs and classes
+        proxies = self._usd.TraverseInstanceProxies(self._anywhere)
+        every = self._usd.PrimRange(stage.GetPseudoRoot(), proxies)
         instancers = [prim for prim in every if prim.IsA(self._geometry.PointInstancer)]
         self._prototypes = {target for prim in instancers for target in _prototypes(prim)}
 
@@ -69,9 +71,7 @@ class _Search:
         Whether a prototype is visible does not depend on the prims above it.
         """
         usd, geometry = self._usd, self._geometry
-        predicate = usd.PrimIsActive & usd.PrimIsLoaded  # prototypes can be overs or classes
-        if root.IsPseudoRoot():
-            predicate = usd.PrimDefaultPredicate
+        predicate = usd.PrimDefaultPredicate if root.IsPseudoRoot() else self._anywhere
         prims = iter(usd.PrimRange(root, usd.TraverseInstanceProxies(predicate)))
         for prim in prims:
             image = geometry.Imageable(prim)

@@ -6,6 +6,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from usd_stages import define_mesh, new_stage
 
 # A square tube along y with rings at y = 0, 1 and 2. The lower ring follows the first joint, the
 # upper one the second joint, and the middle one both.
@@ -125,23 +126,15 @@ def write_usd(path, change=lambda *_: None):
     """Writes a file in centimetres with y up: a skinned tube of quads, whose parent moves, and a
     static box. Returns the path.
     """
-    pytest.importorskip("pxr")
-    from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
-
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, "Y")
-    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    stage = new_stage(path, up="Y", metres=0.01, codes=(1.0, 3.0))
     stage.SetTimeCodesPerSecond(2.0)
-    stage.SetStartTimeCode(1.0)
-    stage.SetEndTimeCode(3.0)
+    from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
+
     root = UsdSkel.Root.Define(stage, "/root")
     shift = UsdGeom.Xformable(root).AddTranslateOp()
     for code in (1, 2, 3):
         shift.Set(Gf.Vec3d(10.0 * (code - 1), 0, 0), code)
-    mesh = UsdGeom.Mesh.Define(stage, "/root/Tube")
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(100.0 * RINGS.astype(np.float32)))
-    mesh.CreateFaceVertexCountsAttr([4] * 8)
-    mesh.CreateFaceVertexIndicesAttr(QUADS.reshape(-1).tolist())
+    mesh = define_mesh(stage, "/root/Tube", 100.0 * RINGS, QUADS.reshape(-1, 4))
     skeleton = UsdSkel.Skeleton.Define(stage, "/root/bones")
     skeleton.CreateJointsAttr(["hip", "hip/knee"])
     knee = Gf.Matrix4d().SetTranslate(Gf.Vec3d(0, 100, 0))

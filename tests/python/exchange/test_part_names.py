@@ -3,25 +3,18 @@
 import loomstone as ls
 import numpy as np
 import pytest
+from usd_stages import define_mesh, new_stage
 
 SIZES = {"/a/mesh": 0.1, "/b/mesh": 0.2, "/wall": 0.3}  # lengths of the edges of three boxes [m]
 
 
 def write_usd(path):
-    pytest.importorskip("pxr")
-    from pxr import Gf, Usd, UsdGeom, Vt
+    stage = new_stage(path)
+    from pxr import Gf, UsdGeom
 
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, "Z")
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    stage.SetStartTimeCode(0.0)
-    stage.SetEndTimeCode(1.0)
     for name, size in SIZES.items():
         box = ls.meshes.box(size=(size, size, size))
-        mesh = UsdGeom.Mesh.Define(stage, name)
-        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(box.vertices.astype(np.float32)))
-        mesh.CreateFaceVertexCountsAttr([3] * box.n_triangles)
-        mesh.CreateFaceVertexIndicesAttr(box.triangles.reshape(-1).tolist())
+        mesh = define_mesh(stage, name, box.vertices, box.triangles)
         move = UsdGeom.Xformable(mesh).AddTranslateOp()
         for code in (0, 1):
             move.Set(Gf.Vec3d(code, 0, 0), code)

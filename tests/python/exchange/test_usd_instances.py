@@ -6,6 +6,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from usd_stages import define_mesh, new_stage
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], float)  # of a tetrahedron
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -15,26 +16,15 @@ PLACES = np.array([[10, 0, 0], [0, 10, 0], [0, 0, 10], [-10, 0, 0]], float)
 
 
 def mesh_at(stage, path, points=POINTS):
-    from pxr import UsdGeom, Vt
-
-    mesh = UsdGeom.Mesh.Define(stage, path)
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
-    mesh.CreateFaceVertexCountsAttr([3] * len(FACES))
-    mesh.CreateFaceVertexIndicesAttr(FACES.reshape(-1).tolist())
-    return mesh
+    return define_mesh(stage, path, points, FACES)
 
 
 def write(path, prototypes=("/many/small", "/many/large"), change=lambda *_: None):
     """Writes an instancer at x = 100 with four instances of two tetrahedra, and a third mesh."""
-    pytest.importorskip("pxr")
-    from pxr import Gf, Usd, UsdGeom
-
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, "Z")
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage = new_stage(path)
     stage.SetTimeCodesPerSecond(1.0)
-    stage.SetStartTimeCode(0.0)
-    stage.SetEndTimeCode(1.0)
+    from pxr import Gf, UsdGeom
+
     many = UsdGeom.PointInstancer.Define(stage, "/many")
     UsdGeom.Xformable(many).AddTranslateOp().Set(Gf.Vec3d(100, 0, 0))
     mesh_at(stage, f"{prototypes[0]}/mesh")
@@ -107,13 +97,17 @@ def test_places_of_instances_are_those_of_usd(tmp_path):
         assert distance.min(0).max() < 1e-5  # single precision of 100 m
 
 
-def test_instances_in_instances_are_read(tmp_path):
+@pytest.mark.parametrize("kind", ["SpecifierDef", "SpecifierOver", "SpecifierClass"])
+@pytest.mark.parametrize("leaf", ["/many/small/inner/leaf", "/many/small/leaf"])
+def test_instances_in_instances_are_read(tmp_path, kind, leaf):
     from_usd = pytest.importorskip("pxr.UsdGeom")
+    from pxr import Sdf
 
     def nested(stage, many):
         inner = from_usd.PointInstancer.Define(stage, "/many/small/inner")
-        mesh_at(stage, "/many/small/inner/leaf")
-        inner.CreatePrototypesRel().SetTargets(["/many/small/inner/leaf"])
+        mesh_at(stage, leaf)
+        stage.GetPrimAtPath("/many/small").SetSpecifier(getattr(Sdf, kind))
+        inner.CreatePrototypesRel().SetTargets([leaf])
         inner.CreateProtoIndicesAttr([0, 0])
         inner.CreatePositionsAttr([(0, 0, 5), (0, 0, -5)])
         stage.RemovePrim("/many/small/mesh")
