@@ -62,10 +62,10 @@ def sweep(
 
     Each run has a directory of its own in --out. table.csv has the parameters of each finished run,
     also of earlier sweeps in --out, and numbers from its report; figures.png plots some of these
-    numbers. If a sweep is
-    interrupted, the same command continues it: finished runs are kept, and the other runs are
-    resumed or started. More values may be added. The exit code is 1 if a run fails; the output of
-    each run is in its log.txt. docs/cluster.md describes how to run a sweep on a cluster.
+    numbers. If a sweep is interrupted, the same command continues it: finished runs are kept, and
+    the other runs are resumed or started. More values may be added. The exit code is 1 if a run
+    fails; the output of each run is in its log.txt. docs/cluster.md describes how to run a sweep on
+    a cluster.
 
     \b
         loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
