@@ -107,9 +107,11 @@ void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& ela
 }
 
 // Adds to `forces` (n x 3) [N] a fraction of the forces that limit phases exert at x on cloths that
-// bodies load. Collective if `elasticity` is divided among ranks.
+// bodies load. `yields` has the same meaning as in LimitPhase::enter(). Collective if `elasticity`
+// is divided among ranks.
 void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engines& engines,
-                      Elasticity& elasticity, Points& forces) {
+                      Elasticity& elasticity, Points& forces,
+                      const std::uint8_t* yields = nullptr) {
   if (!engines.limits_in_solve || !engines.limiter) return;
   const CollisionModel& collision = engines.model.collision;
   const std::vector<std::uint8_t> loaded = loaded_by_bodies(engines.model, contacts);
@@ -119,7 +121,7 @@ void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engi
   if (!any) return;
   const Rows rows = cloth_rows(engines, elasticity);
   Points of_limits = Points::Zero(x.rows(), 3);
-  static_cast<void>(elasticity.limit_phase(engines.team, x, rows.begin, rows.end));
+  static_cast<void>(elasticity.limit_phase(engines.team, x, rows.begin, rows.end, yields));
   elasticity.add_phase_forces(engines.team, x, rows.begin, rows.end, of_limits);
   if (elasticity.divided()) gather_rows(engines.layout, of_limits);
   for (Index v = 0; v < x.rows(); ++v)
@@ -130,12 +132,14 @@ void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engi
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
 // if no contact is closer than half its thickness. contact_stiffness(), which reads them, stiffens
 // no contact if there are no rows.
-Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
+Points pressing_forces(const Loads& loads, const NearContacts& near, Engines& engines) {
+  const ContactTotals& contacts = near.totals;
   if (!contacts.pressed) return Points(0, 3);
   const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);
   Points forces = loads.force.whole(engines.model.cloth.n_vertices);
   add_elastic_forces(x, engines, *engines.elasticity, forces);
-  add_limit_forces(x, contacts, engines, *engines.elasticity, forces);
+  add_limit_forces(x, contacts, engines, *engines.elasticity, forces,
+                   near.yields.empty() ? nullptr : near.yields.data());
   return forces;
 }
 
@@ -190,7 +194,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   if (!engines.contacts_in_solve) return;
   const VertexVelocities v0 = predicted_velocities(part, loads, state, engines.model),
                          last_change = expected_change(part, state, engines.model);
-  const Points forces = pressing_forces(loads, near.totals, engines);
+  const Points forces = pressing_forces(loads, near, engines);
   ContactInputs inputs{
       loads.x0, v0, last_change, state.rigid.positions, part.h, n, engines.model.inverse_mass,
       forces};
@@ -272,8 +276,8 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
   near.any_terms = false;
   near.tangle = {};
   engines.contact_energy.reset();
-  if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   find_forced_limits(state, engines, near);
+  if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   const std::size_t n_contact_terms = near.terms.size();
   if (engines.integrator->implicit()) add_attachments(part, engines, state, near.terms);
   near.n_attachments = near.terms.size() - n_contact_terms;
