@@ -42,14 +42,6 @@ double corotational(const Eigen::RowVector3d& green, int column) {
 
 }  // namespace
 
-std::string scalar_field_title(const std::string& name) {
-  if (name == "strain_split") return "strain weft / warp";
-  if (name == "contact") return "contact 1 / intersecting 2";
-  std::string title = name;
-  std::replace(title.begin(), title.end(), '_', ' ');
-  return title;
-}
-
 Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame) {
   const Index n = static_cast<Index>(topology.cloth_of_vertex.size());
   Vector sum = Vector::Zero(n);

@@ -12,7 +12,6 @@ namespace loomstone {
 
 const std::vector<std::string>&
 scalar_field_names();  // the names that color_by may contain besides "cloth"
-std::string scalar_field_title(const std::string& name);
 // Splits a string of names joined by "+". The options color_by (one name per row of the picture,
 // from the top) and hidden have this format.
 std::vector<std::string> names_in(const std::string& joined);

@@ -15,7 +15,11 @@ Bytes = NDArray[np.uint8]
 
 _INK = (38, 40, 44)
 
-_TITLES = {"strain_split": "strain weft / warp", "contact": "contact 1 / intersecting 2"}
+_NO_BREAK = "\N{NO-BREAK SPACE}"
+_TITLES = {
+    "strain_split": "strain weft / warp",
+    "contact": f"contact{_NO_BREAK}1 / intersecting{_NO_BREAK}2",
+}
 
 
 def field_title(name: str) -> str:
@@ -86,7 +90,29 @@ def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], titl
         y = round(top + (1.0 - share) * (long - 1))
         draw.line((left + wide, y, left + wide + tick, y), fill=_INK)
         draw.text((left + wide + tick + 0.35 * size, y), label, _INK, font, anchor="lm")
-    right = width - 0.8 * size
-    start = max(2.0, min(left - 1.0, right - draw.textlength(title, font)))
-    draw.text((start, top - 0.8 * size), title, _INK, font, anchor="ls")
+    lines, size = _title_lines(title, width - left - 2, size)
+    font = ImageFont.load_default(size)
+    for above, line in enumerate(reversed(lines)):
+        text = line.replace(_NO_BREAK, " ")
+        draw.text((left - 1, top - (0.8 + 1.2 * above) * size), text, _INK, font, anchor="ls")
     return np.array(picture)
+
+
+def _title_lines(title: str, room: float, size: float) -> tuple[list[str], float]:
+    """Returns the lines of a title and its font size, so that no line is longer than `room`.
+
+    All are in [pixels]. Lines are divided at spaces. If a word is still too long, the font becomes
+    smaller, but not smaller than 8 pixels.
+    """
+    from PIL import ImageFont
+
+    def long(text: str) -> float:
+        return ImageFont.load_default(size).getlength(text)
+
+    lines: list[str] = []
+    for word in title.split(" "):
+        if lines and long(f"{lines[-1]} {word}") <= room:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines, max(8.0, size * min(1.0, room / max(map(long, lines))))

@@ -3,7 +3,7 @@
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone.pictures.color_bar import bar_labels, bar_place, draw_color_bar
+from loomstone.pictures.color_bar import bar_labels, bar_place, draw_color_bar, field_title
 from loomstone.pictures.color_maps import color_table
 
 
@@ -73,6 +73,19 @@ def test_the_ends_of_the_bar_have_the_end_colours(channels):
     assert (labels < 100).sum() > 100
     # Nothing touches the right edge, so no label is cut off.
     assert (image[:, -2:] == 255).all()
+
+
+@pytest.mark.parametrize("name", ["stretch", "strain_split", "contact"])
+@pytest.mark.parametrize("size", [(320, 180), (1280, 720), (400, 400)])
+def test_titles_stand_above_the_bar_within_the_legend(name, size):
+    width, height = size
+    table, _ = color_table("viridis")
+    blank = np.full((height, width, 3), 255, np.uint8)
+    image = draw_color_bar(blank, table, (0.0, 1.0), field_title(name))
+    left, top, _, _ = bar_place(*size)
+    assert (image[:, : left - 1] == 255).all() and (image[:, -1] == 255).all()
+    rows = np.flatnonzero((image[: top - 2].min(2) < 100).any(1))
+    assert rows.size >= 5 and rows[0] > 0
 
 
 def test_a_picture_of_a_field_has_a_legend_and_one_of_the_cloth_has_none():
