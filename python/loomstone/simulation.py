@@ -168,7 +168,7 @@ class Simulation(_core.Simulation):
         compression : level of the deflate compression of frames, 0 (none) to 9. Compressed files
             are smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,
-            which must depend on time and state alone.
+            which must depend on time and state alone. It must not step or restore the simulation.
 
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
         that `loomstone resume` can continue the run if it has no `control`. Raises CacheError if
@@ -177,10 +177,7 @@ class Simulation(_core.Simulation):
         number) once a checkpoint is written or after 10 s, and at once after a further Ctrl-C.
         """
         look = _look(render, Path(out) if resume else None)
-        _check_type("compression", compression, (int, np.integer))
-        _check_type("record_tasks", record_tasks, (int, np.integer))
-        if record_tasks < 0:
-            raise InvalidInput(f"record_tasks must be at least 0, got {record_tasks}")
+        _check_run(compression, record_tasks, control)
         options = RunOptions(
             duration=duration,
             rate=rate,
@@ -280,6 +277,16 @@ def _check_type(name: str, value: object, wanted: type | tuple[type, ...], hint:
             else f"a {type(value).__name__}"
         )
         raise InvalidInput(f"{name} must be {called}{hint}, got {got}")
+
+
+def _check_run(compression: object, record_tasks: Any, control: object) -> None:
+    """Raises InvalidInput for invalid arguments of Simulation.run()."""
+    _check_type("compression", compression, (int, np.integer))
+    _check_type("record_tasks", record_tasks, (int, np.integer))
+    if record_tasks < 0:
+        raise InvalidInput(f"record_tasks must be at least 0, got {record_tasks}")
+    if control is not None and not callable(control):
+        raise InvalidInput(f"control must be a function, got {control!r}")
 
 
 def _communicator(given: Any) -> Communicator:

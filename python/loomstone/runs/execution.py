@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .._core import CacheError
+from .._core import CacheError, InvalidInput
 from ..ranks import together
 from .cache import Run
 from .checkpoints import latest_checkpoint
@@ -131,6 +131,17 @@ def _metadata_text(simulation: Any, metadata: dict[str, Any]) -> str:
     return json.dumps(metadata | ({"magnetic_scene": magnets} if magnets else {}))
 
 
+def _call(control: Callable[[Any], None], simulation: Any) -> None:
+    """Calls a control function. Raises InvalidInput if it steps or restores the simulation."""
+    before = simulation.step_index, simulation.time
+    control(simulation)
+    if (simulation.step_index, simulation.time) != before:
+        raise InvalidInput(
+            "control must not step or restore the simulation, got time"
+            f" {simulation.time:g} s instead of {before[1]:g} s; the run makes the steps"
+        )
+
+
 class _Course:
     """The time loop of a run, which ends with the last frame or on a signal."""
 
@@ -171,7 +182,7 @@ class _Course:
                 self._stop_where_saved(number)
             if control:
                 with together(simulation.communicator):
-                    control(simulation)
+                    _call(control, simulation)
             simulation.keep_collision_motion(self._records(simulation.step_index + 1))
             simulation.step()
             stepped = True
