@@ -63,9 +63,7 @@ def close_seams(
     naming the widest seam if seams stay open, and InvalidInput if the pattern cannot be sewn or the
     sewn garment would intersect itself.
     """
-    for name, value in (("longest", longest), ("step", step)):
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"close_seams: {name} must be > 0 [s], got {value}")
+    _check(pattern, longest=longest, step=step)
     pattern = pattern if places is None else pattern.placed(places)
     pattern.check(ease)
     total = sum(panel.area for panel in pattern.panels)
@@ -94,6 +92,14 @@ def close_seams(
     )
     check_free(sewn)
     return sewn
+
+
+def _check(pattern: object, **times: float) -> None:
+    if not isinstance(pattern, Pattern):
+        raise InvalidInput(f"close_seams needs a Pattern, got {pattern!r}")
+    for name, value in times.items():
+        if not (np.isfinite(value) and value > 0):
+            raise InvalidInput(f"close_seams: {name} must be > 0 [s], got {value}")
 
 
 def _simulation(scene: Scene, step: float, threads: int) -> Simulation:

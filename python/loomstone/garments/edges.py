@@ -111,7 +111,7 @@ def line(name: str, start: ArrayLike, end: ArrayLike) -> Edge:
 @takes(points="m")
 def polyline(name: str, points: ArrayLike) -> Edge:
     """Polyline through points (k x 2) [m]."""
-    return _edge(name, "polyline", np.asarray(points, float).reshape(-1, 2))
+    return _edge(name, "polyline", points)
 
 
 @takes(start="m", control="m", end="m")
@@ -168,15 +168,17 @@ def _edge(name: str, kind: str, points: Any) -> Edge:
     except (TypeError, ValueError):
         array = np.empty(0)
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
+        got = points.tolist() if isinstance(points, np.ndarray) else points
         raise InvalidInput(
-            f"edge {name!r} needs at least two points of two finite numbers [m], got {points!r}"
+            f"edge {name!r} needs at least two points of two finite numbers [m], got {got!r}"
         )
     if "." in name or not name:
         raise InvalidInput(
             f"an edge needs a name without a dot, got {name!r}; groups are called panel.edge"
         )
     if not np.linalg.norm(np.diff(array, axis=0), axis=1).sum() > 0:
-        raise InvalidInput(f"edge {name!r} has no length: all its points are {tuple(array[0])}")
+        x, y = array[0]
+        raise InvalidInput(f"edge {name!r} has no length: all its points are ({x:g}, {y:g})")
     return Edge(name, kind, tuple((float(x), float(y)) for x, y in array))
 
 

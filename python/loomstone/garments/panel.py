@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._core import InvalidInput
 from ..base.arguments import takes
-from .edges import Edge
+from .edges import Edge, line
 from .placement import Placement, Plane
 from .triangulation import Boundary
 
@@ -56,9 +56,13 @@ class Panel:
     holes: tuple[tuple[Edge, ...], ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "edges", tuple(self.edges))
-        holes = ((hole,) if isinstance(hole, Edge) else tuple(hole) for hole in self.holes)
-        object.__setattr__(self, "holes", tuple(holes))
+        where = f"panel {self.name!r}"
+        object.__setattr__(self, "edges", _loop(where, self.edges))
+        object.__setattr__(self, "holes", tuple(_loop(where, hole) for hole in self.holes))
+        if not callable(self.place):
+            raise InvalidInput(
+                f"{where}: place must be a Placement or a function, got {self.place!r}"
+            )
         _check(self)
 
     @classmethod
@@ -79,9 +83,9 @@ class Panel:
                 f"panel {name!r}: names must be one for each corner, got {len(names)} names"
                 f" and {len(corners)} corners"
             )
-        points = [(float(x), float(y)) for x, y in corners]
+        points = list(corners)
         ends = zip(names, points, points[1:] + points[:1], strict=True)
-        edges = tuple(Edge(side, "polyline", (a, b)) for side, a, b in ends)
+        edges = tuple(line(side, a, b) for side, a, b in ends)
         return cls(name, edges, grain_degrees, Plane() if place is None else place, holes)  # type: ignore[arg-type]
 
     @property
@@ -130,17 +134,22 @@ class Panel:
         return turned
 
 
+def _loop(where: str, edges: Edge | Sequence[Edge]) -> tuple[Edge, ...]:
+    """Returns the edges of a loop. Raises InvalidInput if there are none, or anything else."""
+    loop = (edges,) if isinstance(edges, Edge) or not np.iterable(edges) else tuple(edges)
+    if not loop or not all(isinstance(edge, Edge) for edge in loop):
+        raise InvalidInput(
+            f"{where}: edges must be created with line, polyline, quadratic ..., got {edges!r}"
+        )
+    return loop
+
+
 def _check(panel: Panel) -> None:
     where = f"panel {panel.name!r}"
     if not panel.name or "." in panel.name:
         raise InvalidInput(
             f"a panel needs a name without a dot, got {panel.name!r}; groups are called panel.edge"
         )
-    for loop in panel.loops:
-        if not loop or not all(isinstance(edge, Edge) for edge in loop):
-            raise InvalidInput(
-                f"{where}: edges must be created with line, polyline, quadratic ..., got {loop!r}"
-            )
     names = [edge.name for loop in panel.loops for edge in loop]
     for name in names:
         if names.count(name) > 1:

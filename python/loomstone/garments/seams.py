@@ -40,14 +40,21 @@ class Seam:
 class Pattern:
     """Panels and their seams, which `garment` sews.
 
+    panels : at least one Panel; no two may have the same name
     seams : seams, each a Seam or a pair of names "panel.edge"
+
+    Raises InvalidInput for anything else.
     """
 
     panels: tuple[Panel, ...]
     seams: tuple[Seam, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "panels", tuple(self.panels))
+        if not np.iterable(self.seams):
+            raise InvalidInput(f"seams must be a list of seams, got {self.seams!r}")
+        panels = tuple(self.panels) if np.iterable(self.panels) else (self.panels,)
+        _check_panels(panels)
+        object.__setattr__(self, "panels", panels)
         object.__setattr__(self, "seams", tuple(_seam(s) for s in self.seams))
 
     def __repr__(self) -> str:
@@ -80,13 +87,11 @@ class Pattern:
     def check(self, ease: float) -> None:
         """Raises InvalidInput if the pattern cannot be sewn.
 
-        Examples are two panels with the same name, edges that are unknown or sewn twice, sewn edges
-        whose lengths differ by more than `ease` times the longer one, and panels that are not
-        connected.
+        Examples are edges that are unknown or sewn twice, sewn edges whose lengths differ by more
+        than `ease` times the longer one, and panels that are not connected.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")
-        _check_panels(self.panels)
         _check_seams(self, ease)
         _check_connected(self)
 
@@ -94,7 +99,8 @@ class Pattern:
 def _seam(given: Seam | Sequence[str]) -> Seam:
     if isinstance(given, Seam):
         return given
-    if isinstance(given, str) or len(given) != 2 or not all(isinstance(s, str) for s in given):
+    pair = isinstance(given, (list, tuple)) and len(given) == 2
+    if not pair or not all(isinstance(name, str) for name in given):
         raise InvalidInput(f'a seam must be a Seam or two names "panel.edge", got {given!r}')
     return Seam(given[0], given[1])
 

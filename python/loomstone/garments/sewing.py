@@ -151,7 +151,7 @@ def garment(
     >>> tube.mesh.n_triangles, len(tube.openings())
     (600, 2)
     """
-    pattern = panels if isinstance(panels, Pattern) else Pattern(tuple(panels), tuple(seams))  # type: ignore[arg-type]
+    pattern = panels if isinstance(panels, Pattern) else Pattern(panels, seams)  # type: ignore[arg-type]
     if isinstance(panels, Pattern) and seams:
         raise InvalidInput(
             "a Pattern has its own seams; give either a Pattern, or panels and seams"

@@ -34,6 +34,37 @@ def tshirt() -> g.Garment:
     return g.tshirt(1500)
 
 
+nan = float("nan")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: g.polyline("a", [(0, 0, 0), (1, 1, 1)]), "edge 'a' needs .* two finite numbers"),
+        (
+            lambda: g.polyline("a", np.array([(0, 0), (nan, 1)])),
+            r"got \[\[0.0, 0.0\], \[nan, 1.0\]\]",
+        ),
+        (lambda: g.polyline("a", [(0.25, 0), (0.25, 0)]), r"all its points are \(0.25, 0\)"),
+        (lambda: g.Panel.polygon("p", [(0, 0), (1, nan), (1, 1)], names="abc"), "edge 'a' needs"),
+        (lambda: g.Panel.polygon("p", [(0, 0), (1, 0), (1, 0)], names="abc"), "'b' has no length"),
+        (lambda: g.Panel("p", 3), "panel 'p': edges must be created with line, .* got 3"),
+        (lambda: square().placed(3), "place must be a Placement or a function, got 3"),
+        (lambda: g.garment(3, triangles=50), r"at least one Panel, got \(3,\)"),
+        (lambda: g.garment([square()], 3, triangles=50), "seams must be a list of seams, got 3"),
+        (lambda: g.garment([square()], [3], triangles=50), "a seam must be a Seam or two names"),
+        (lambda: g.close_seams([square()], triangles=50), "close_seams needs a Pattern, got"),
+    ],
+)
+def test_arguments_of_another_kind_are_refused_by_name(make, message):
+    with pytest.raises(ls.InvalidInput, match=message):
+        make()
+
+
+def test_panels_may_come_from_a_generator():
+    assert g.garment((square(name) for name in ["one"]), triangles=50).mesh.n_triangles == 50
+
+
 def test_curves_have_the_lengths_of_their_closed_forms():
     assert g.line("a", (0, 0), (0.3, 0.4)).length == pytest.approx(0.5, rel=1e-15)
     # 512 chords of a half circle are too short by the fraction (pi / 512)^2 / 24 = 1.6e-6.
