@@ -229,9 +229,9 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::optional<double>> || std::is_same_v<Member, Automatic> ||
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// Converts a value that carries a unit to plain numbers in the unit of the field. Throws
-// InvalidInput for a unit of another dimension and a TypeError for a bool. Returns other values
-// without a unit unchanged, and all values if the field may not carry a unit.
+// If the field may not carry a unit, returns the value unchanged. Otherwise, converts a value that
+// carries a unit to plain numbers in the unit of the field, and returns other values unchanged, but
+// throws InvalidInput for a unit of another dimension, and a TypeError for a bool.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;

@@ -13,8 +13,8 @@ void bind_method(py::module_& m, const char* name, const char* meaning) {
   c.attr("method") = py::str(Method::name.data(), Method::name.size());
 }
 
-// Binds the base class of all integrators, whose only field is `step`. Each derived class binds all
-// of its own fields, including `step`.
+// Binds the base class of all integrators. This class has only the field `step`. For a derived
+// class, bind_method() binds all fields, including `step`.
 void bind_common(py::module_& m) {
   py::class_<IntegratorCommon> c(
       m, "Integrator",

@@ -30,9 +30,9 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
          same(a.uv(), b.uv()) && same(a.uv_triangles(), b.uv_triangles());
 }
 
-// Converts a mesh of trimesh or meshio. pybind11 calls this function if an argument must be a
-// TriangleMesh but is another object. Returns null for objects of other types. Throws for a
-// trimesh.Scene and for invalid meshes.
+// Converts a trimesh.Trimesh or meshio.Mesh to a TriangleMesh. pybind11 calls this function for an
+// argument that must be a TriangleMesh but has another type. Returns null if the object is neither
+// of these meshes. Throws for a trimesh.Scene and for invalid meshes.
 PyObject* converted_mesh(PyObject* object, PyTypeObject*) {
   py::object mesh =
       py::module_::import("loomstone.base.foreign_meshes").attr("converted")(py::handle(object));

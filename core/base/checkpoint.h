@@ -1,5 +1,5 @@
-// The contents of a checkpoint: the state of a simulation as arrays of numbers, lists of integers,
-// blocks of bytes and strings, each of which has a name.
+// The contents of a checkpoint: the state of a simulation as named arrays of numbers, lists of
+// integers, strings, and blocks of bytes.
 #pragma once
 
 #include <cstdint>

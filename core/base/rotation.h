@@ -85,7 +85,7 @@ inline bool operator==(const RigidPose& a, const RigidPose& b) {
 }
 
 // Interpolates from `start` (share 0) to `end` (share 1) with constant velocity and angular
-// velocity. At both ends the result has the same bits as the given pose.
+// velocity. For shares 0 and 1, the result is bitwise equal to `start` and `end`, respectively.
 inline RigidPose between(const RigidPose& start, const RigidPose& end, double share) {
   if (share == 0.0) return start;
   if (share == 1.0) return end;

@@ -62,8 +62,9 @@ struct Hdf5Shared {
   bool unwritten = false;  // true: rows have changed since the last successful flush
 };
 
-// A dataset that can grow by rows. write() and read() copy `count` consecutive rows, starting at
-// row `first`, from and to the memory at `rows`.
+// A dataset that can grow by rows. write() copies `count` rows from the memory at `rows` to the
+// dataset, and read() copies `count` rows of the dataset to the memory at `rows`. In the dataset,
+// these rows begin at row `first`.
 class Hdf5Rows {
  public:
   Hdf5Rows() = default;

@@ -24,7 +24,8 @@ struct PolyDataField {
   int components = 1;
   std::string unit, meaning;
   const void* constant = nullptr;
-  // Value of the HDF5 attribute `Attribute`, for viewers, such as "TCoords"; empty: no attribute.
+  // Value, such as "TCoords", of the HDF5 attribute `Attribute`, which tells viewers how to use the
+  // field; empty: no attribute.
   std::string role = {};
 };
 
@@ -39,9 +40,9 @@ struct PolyDataMesh {
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
 // leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
-// last frame, and flush() writes it to the file. Then commit() adds the time of the frame and
-// increments the attribute NSteps, the frame count, which a second flush() writes. If writing a
-// frame fails, the caller may write the same frame again.
+// last frame, and file().flush() writes it to the file. Then commit() adds the time of the frame
+// and increments the attribute NSteps, the frame count, which a second file().flush() writes. If
+// writing a frame fails, the caller may write the same frame again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, PolyDataMesh mesh,

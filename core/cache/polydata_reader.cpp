@@ -20,8 +20,8 @@ PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
   n_points_ = n_points[0];
   read_triangles();
 
-  // If the writer was killed between writing the times and the frame count, the number of times is
-  // one larger than the frame count.
+  // If the writer was killed after writing the time of a frame, but before writing the frame count,
+  // the number of times is one larger than the frame count.
   const Hdf5Rows times = file.open_rows(polydata_root + "/Steps/Values", {Number::Float64, 1});
   const std::int64_t n_frames =
       std::min(file.attribute(polydata_root + "/Steps", "NSteps"), times.size());

@@ -9,21 +9,23 @@ namespace loomstone {
 struct ClothState {
   Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
   Points v;  // (n x 3) velocities [m/s]; written by the same stages as x
-  // (rows of the solve x 3) Change of velocity in the last step [m/s], or the unknown y of BodyRows
-  // in rows of bodies; written by linearised schemes. The next step uses the change to predict the
-  // slip of contacts or, without contacts, as the initial guess of its solve.
+  // (rows of the solve x 3) Change of velocity in the last step [m/s]; in rows of bodies, the
+  // unknown y instead (see BodyRows in scheme_coefficients.h). Linearised schemes write it. The
+  // next step uses the change to predict the slip of contacts or, without contacts, as the initial
+  // guess of its solve.
   Points last_change;
   // Length of the step, or part of a step, that led to x and v [s]; 0 at the start and after the
   // user has set x or v. The stepper writes it.
   double previous_step = 0.0;
   // Expected length of the next step or part of a step [s]; 0: unknown. It follows from the error
   // of the last step or part or, with explicit schemes, from the stretch of the cloth. With
-  // implicit Euler, the damping also bounds it. Automatic steps are further bounded in their
-  // growth, and while strain limits are forced (see NearContacts::forced). The stepper writes it.
+  // implicit Euler, the damping also bounds it. In automatic steps, it is further bounded by the
+  // allowed growth and, while strain limits are forced (see NearContacts::forced), by a fraction of
+  // the largest step. The stepper writes it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because it created energy [s];
-  // 0: none. Later steps grow faster until one of them has this length, or until their error or
-  // dissipation limits their growth. The stepper writes it.
+  // 0: none. Later steps grow faster than usual until one of them has this length, or until their
+  // error or dissipation limits their growth. The stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // do not increase until forget_all() removes them. The asynchronous integrator writes them.

@@ -44,7 +44,8 @@ DisplacementError::DisplacementError(const ClothModel& cloth, const Elasticity& 
     const double length = std::sqrt(area);
     scales_[c].height = 0.5 * scales_[c].mass * gravity * length;
     scales_[c].fall_time = std::sqrt(length / gravity);
-    // A cloth's vertices are divided among its blocks in proportion to their numbers of triangles.
+    // A cloth's vertices are divided among its blocks in proportion to the blocks' numbers of
+    // triangles.
     const auto vertex_at = [&](Index triangle) {
       return first_vertex + static_cast<Index>(static_cast<std::int64_t>(n_vertices) *
                                                (triangle - first) / (last - first));

@@ -87,14 +87,16 @@ class DisplacementError {
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;
   Sums vertex_sums(const Block& block, const Points* start, const Points& end) const;
-  // Sets the sums of all blocks: those of this rank's blocks to the results of of_block(), and the
-  // others to those of the other ranks. Collective.
+  // Sets sums_: the entries of this rank's blocks to the results of of_block(), and all other
+  // entries to the results that the other ranks send. Collective.
   template <class OfBlock>
   void gather(const Team& team, OfBlock&& of_block);
-  // Returns the sums of the cloth that begins at `block`, and moves `block` to the next cloth.
+  // Returns the sums of the cloth whose first block is `block`, and sets `block` to the first block
+  // of the next cloth.
   Sums total(std::size_t& block) const;
-  // Returns the kinetic energy in the moving frame [J] if the sums are over velocities. If they are
-  // over displacements in a time t [s], the result is this energy times t^2.
+  // Returns the kinetic energy in the moving frame (see StepError::energy) [J] if the sums are over
+  // velocities. If they are over displacements in a time t [s], the result is this energy times
+  // t^2.
   double kinetic(const Sums& sums, const Scales& scales) const;
 
   const ClothModel& cloth_;

@@ -26,7 +26,7 @@ struct CollisionRecord {
 
 class CollisionReplay {
  public:
-  // Throws InvalidInput if the record is inconsistent.
+  // Throws InvalidInput if the record is inconsistent or contains a number that is not finite.
   explicit CollisionReplay(CollisionRecord record);
   ~CollisionReplay();
 
@@ -37,8 +37,8 @@ class CollisionReplay {
   // smallest of `repetitions` measurements. In dynamic division, the tests with which the ranks
   // start are distributed so that the sum of their costs is about the same on each rank. These
   // costs are measured in an earlier step, whose positions are extrapolated backwards. In static
-  // division, the top-level tests are dealt to the ranks in turn. Throws Unsupported if
-  // `decomposition` is Predicted.
+  // division, the top-level tests are dealt to the ranks in turn. Throws InvalidInput if `n_ranks`
+  // or `repetitions` is less than 1, and Unsupported if `decomposition` is Predicted.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 
@@ -46,7 +46,7 @@ class CollisionReplay {
   // the work on all lists whose first cluster has index i among the first clusters of all surface
   // pairs (see ClusterOwners). The expected costs are those of the preceding step. The motion is
   // extrapolated backwards to get the preceding steps. Each measured cost is the smallest of
-  // `repetitions` measurements.
+  // `repetitions` measurements. Throws InvalidInput if `repetitions` is less than 1.
   struct Lists {
     OrderedWork contacts, impacts;
   };
@@ -61,7 +61,8 @@ class CollisionReplay {
   };
   // Collective. Performs a search `repetitions` times. Returns, for each repetition, the largest
   // time that a rank needs from the end of its update of boxes until it has all results [s]. Throws
-  // Unsupported if execution.decomposition is Predicted.
+  // InvalidInput if `repetitions` is less than 1, and Unsupported if execution.decomposition is
+  // Predicted.
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:

@@ -97,10 +97,10 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
       model.circuits[one], model.circuits[other]);
 }
 
-// Checks that the winding of coil j does not enter the magnetisable body k. If the scene has
-// circuits and the flux of the body through the coil matters (wants_flux()), also checks that the
-// body does not lie both in the bore and outside the winding, unless it is treated as a point
-// dipole.
+// Checks that the winding of coil j does not enter magnet k, which is a magnetisable body. If the
+// scene has circuits and the flux of the body through the coil matters (wants_flux()), also checks
+// that the body does not lie both in the bore and outside the winding, unless it is treated as a
+// point dipole.
 void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::size_t j,
                  std::size_t k) {
   const CarriedCoil& wound = model.coils[j];

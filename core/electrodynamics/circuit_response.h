@@ -1,9 +1,9 @@
 // Response of magnetised bodies to circuit currents. The moment of a body that magnetises linearly
 // is a linear function of all currents plus a constant, so forces are quadratic polynomials of the
 // currents. The coefficients of these polynomials are determined at each instant with probe
-// currents: positive and negative in each circuit, and positive in each pair of circuits. The flux
-// of the magnetised bodies through a coil changes in proportion to the circuit currents. The flux
-// per ampere adds to the inductances.
+// currents: positive and negative ones in each circuit alone, and positive ones in both circuits of
+// each pair. The flux of the magnetised bodies through a coil changes in proportion to the circuit
+// currents. The flux per ampere adds to the inductances.
 #pragma once
 
 #include <cstddef>

@@ -13,7 +13,8 @@
 namespace loomstone {
 
 struct CoilForces {
-  // (coils) Wrenches due to each coil, without those in `pairs` [N/A, N m/A]. The interaction of
+  // (coils) Wrenches due to each coil, without those in `pairs` [N/A, N m/A]. The interaction of a
+  // circuit and a coil with given current is part of the entry of the circuit. The interaction of
   // two coils with given currents is part of the entry of the coil with the higher index.
   std::vector<CarrierWrenches> per_ampere;
   // Interactions of pairs of circuits: those through magnetised bodies, and the direct ones. Two

@@ -14,7 +14,8 @@ constexpr int most_substeps = 4096;
 // multiple of the limit.
 constexpr double tolerated_growth = 4.0 / 3.0;
 
-// Applies the impulses on body b.
+// Applies the impulses on body b. If the body has a bearing, it keeps only its rotation about the
+// axis of the bearing.
 void push(const MagneticRotor& body, Index b, const BodyImpulses& impulses, MovingBodies& bodies) {
   bodies.state.velocities.row(b) += impulses.linear.row(b) / body.mass.mass;
   bodies.momenta.row(b) += impulses.angular.row(b);

@@ -4,11 +4,11 @@
 // contact. The magnetic forces between such bodies conserve their total linear and angular momentum
 // up to rounding. The paths of these bodies are second-order accurate.
 //
-// Let a and a' be the accelerations at the start and end of a sub-step of length h. The velocity of
-// a free body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
-// velocity v + a h, so that resting bodies stay at rest. The new velocity of a body in contact is
-// the one that RigidWorld returns plus (a' - a) h/2. The forces thus change its momentum as much as
-// that of a free body.
+// Let v be the velocity at the start of a sub-step of length h, and a and a' the accelerations at
+// its start and end. The velocity of a free body changes by a h/2 before the drift and by a' h/2
+// after it. RigidWorld starts from the velocity v + a h, so that resting bodies stay at rest. The
+// new velocity of a body in contact is the one that RigidWorld returns plus (a' - a) h/2. The
+// forces thus change its momentum as much as that of a free body.
 #pragma once
 
 #include <cstdint>
@@ -64,7 +64,7 @@ double kinetic_energy(const MagneticModel& model, const MovingBodies& bodies);
 // momentum is not finite.
 void end_motion(const MagneticModel& model, MovingBodies& bodies);
 
-// Divides a step into sub-steps that are short compared with the fastest oscillation.
+// Divides a step into sub-steps that are short compared with the period of the fastest oscillation.
 class Substeps {
  public:
   // `most` is the limit of sub-step length times angular frequency [1].

@@ -95,7 +95,8 @@ struct MagneticModel {
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
 // Throws InvalidInput if, at the start, magnetisable bodies overlap each other, magnets or
-// windings, or if the inductance matrix of several circuits is not positive definite.
+// windings, if two circuits are loops that coincide, or if the inductance matrix of several
+// circuits is not positive definite.
 // Throws Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and
 // outside the winding of a coil with wants_flux(). Spheres treated as point dipoles are checked
 // for overlap with windings only.

@@ -50,8 +50,9 @@ class MagneticMotion {
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
   // without gravity and gyroscopic torques. Throws SolverFailure if too many sub-steps are needed,
-  // if the solve for the magnetisation fails, or if a value is not finite, and InvalidInput under
-  // the same condition as MutualInductances::at().
+  // if the solve for the magnetisation fails, or if a value is not finite. Throws InvalidInput
+  // under the same conditions as MutualInductances::at(), and Unsupported under the same condition
+  // as linked_flux().
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 

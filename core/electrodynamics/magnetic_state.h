@@ -10,7 +10,9 @@ namespace loomstone {
 struct CircuitState {
   Vector currents;      // (coils) currents of circuits, 0 for other coils [A]
   double energy = 0.0;  // energy stored in self and mutual inductances [J]
-  double heat = 0.0;    // energy dissipated in resistances [J]
+  // Energy dissipated in resistances [J]. It includes the energy that counts as heat in circuits
+  // with tau R > 2 L; see kick.h.
+  double heat = 0.0;
   // Energy supplied by the sources of voltages and given currents, and by scripted obstacles that
   // move against the forces of currents [J].
   double supply = 0.0;

@@ -18,7 +18,8 @@ struct Magnetised {
   Points moments;
 };
 
-// Computes magnetisation, wrenches and energy. Contains only constant tables of the model.
+// Computes magnetisation, wrenches and energy. Contains only constant tables of the model. `model`
+// must outlive the Magnets.
 class Magnets {
  public:
   explicit Magnets(const MagneticModel& model);

@@ -152,11 +152,11 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
 // Returns how bending enters the step. In the implicit Euler schemes, BendingInStep::Auto selects
-// implicit bending if explicit bending would be unstable. In midpoint and BDF-2, explicit bending
-// amplifies oscillations in every step, and Auto selects implicit bending if amplitudes would grow
-// by more than 1 % per second. With implicit bending, semi-implicit Euler uses the lumped bending
-// stiffness, unless bending is damped or the Jacobian is exact. Explicit and asynchronous schemes
-// always treat bending explicitly.
+// implicit bending if explicit bending would be unstable or nearly so. In midpoint and BDF-2,
+// explicit bending amplifies oscillations in every step, and Auto selects implicit bending if
+// amplitudes would grow by more than 1 % per second. With implicit bending, semi-implicit Euler
+// uses the lumped bending stiffness, unless bending is damped or the Jacobian is exact. Explicit
+// and asynchronous schemes always treat bending explicitly.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -7,7 +7,8 @@
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads and explicit bending forces,
 // f_el is the gradient of the remaining elastic energy, and u0 is the displacement at which forces
 // are evaluated if dv = 0. For BDF-2, with previous values x_ and v_, inertia = b M (v - v_) and
-// w = -b (x - x_) / sigma with b = SchemeCoefficients::history. Both are 0 for the other schemes.
+// w = -b (x - x_) / sigma with b = SchemeCoefficients::history. For the other schemes, b is 0.
+// Extra terms (extra_terms.h) add to the matrix and to the right-hand side.
 #include <algorithm>
 #include <cmath>
 
@@ -100,9 +101,10 @@ class LinearisedIntegrator final : public Integrator {
     StepInputs inputs;
     Scheme scheme;
     SchemeCoefficients c;
-    Index n;                  // number of cloth vertices
-    Points& change;           // (rows x 3) dv [m/s]; at first, dv of the last step
-    bool has_change = false;  // true: on entry, `change` contains dv of the last step
+    Index n;  // number of cloth vertices
+    // (rows x 3) dv [m/s] or, in rows of bodies, y (see BodyRows); at first, that of the last step.
+    Points& change;
+    bool has_change = false;  // true: on entry, `change` contains the change of the last step
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force

@@ -18,9 +18,9 @@
 namespace loomstone {
 
 struct LinearSystem {
-  // Matrix A of the cloth rows: mass plus stiffness; null if there are no cloth rows. Each rank
-  // needs only the rows that it owns. If the pattern changes between two solves with the same
-  // SolveMemory, it must change on all ranks.
+  // Matrix A of the cloth rows: mass plus multiples of stiffness and damping; null if there are no
+  // cloth rows. Each rank needs only the rows that it owns. If the pattern changes between two
+  // solves with the same SolveMemory, it must change on all ranks.
   const BlockMatrix* matrix = nullptr;
   // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body). May be null.
   const std::vector<Mat3>* body_blocks = nullptr;
@@ -73,10 +73,10 @@ struct LinearOptions {
 
 struct PcgMemory;
 
-// Data that one solve leaves for the next: the matrix in single precision, the preconditioner
-// and, if a loose tolerance ended the iteration early in single precision, the state of the
-// iteration. The memory belongs to the caller. It is empty at first and after a solve that threw
-// SolverFailure. Its storage is reused, which does not change results.
+// Data that a solve by conjugate gradients leaves for the next one: the matrix in single precision,
+// the preconditioner and, if a loose tolerance ended the iteration early in single precision, the
+// state of the iteration. The memory belongs to the caller. It is empty at first and after a solve
+// that threw SolverFailure. Its storage is reused, which does not change results.
 class SolveMemory {
  public:
   SolveMemory();

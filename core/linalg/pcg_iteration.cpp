@@ -80,8 +80,8 @@ void start_new_residual(PcgSolve& solve, Krylov<Scalar>& k) {
   solve.memory.preconditioner.template start_residual_exchange<Scalar>(solve.loops.layout());
 }
 
-// Computes q = A p on the owned rows, and returns the dot products of the step. The halo of p is
-// exchanged during the products of the inner blocks.
+// Computes q = A p on the owned rows. Returns p . A p and r . P^-1 r, summed over all ranks. The
+// halo of p is exchanged during the products of the inner blocks.
 template <class Scalar>
 Preconditioner::StepProducts multiply_all(PcgSolve& solve, Krylov<Scalar>& k) {
   PcgMemory& m = solve.memory;

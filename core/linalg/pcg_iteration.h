@@ -13,7 +13,7 @@ namespace loomstone {
 enum class Start { Restart, Conjugate, Resume };
 
 struct StoppingRule {
-  double norm;         // norm of the iterated residual at which to stop
+  double norm;         // norm of the iterated residual (see pcg.cpp) at which to stop
   int max_iterations;  // limit for the whole solve
 };
 

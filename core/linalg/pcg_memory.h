@@ -75,7 +75,7 @@ struct PcgSolve {
   RowLoops loops;
   PcgMemory& memory;
 
-  // Updates the rows of v that the product needs from other ranks, and evaluates the terms at v.
+  // Updates the rows of v that the product A v needs from other ranks. Evaluates the terms at v.
   template <class Scalar>
   void refresh(Scalar* v) const {
     loops.layout().exchange(memory.halo, v, 4);

@@ -11,11 +11,11 @@ namespace loomstone {
 
 namespace {
 
-// Returns the rows ordered by block and, within a block, by dependency level. The order by block
-// improves cache use. The level of a row is 0 if it is coupled to no earlier row of its block, and
-// otherwise one more than the largest level of the earlier rows to which it is coupled in its
-// block. Rows of a block that have the same level do not depend on each other. The order within a
-// block affects only rounding.
+// Returns the cloth rows ordered by block and, within a block, by dependency level, followed by the
+// body rows. The order by block improves cache use. The level of a row is 0 if it is coupled to no
+// earlier row of its block, and otherwise one more than the largest level of the earlier rows to
+// which it is coupled in its block. Rows of a block that have the same level do not depend on each
+// other. The order within a block affects only rounding.
 std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
   std::vector<Index> level(n_rows, 0), order(n_rows);
   std::iota(order.begin(), order.end(), Index{0});

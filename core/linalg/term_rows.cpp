@@ -47,9 +47,9 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
   forces_.resize(4 * hessians_.size());
-  // find_forces() computes scale H u and adds the products of the three columns in order. In row 2,
-  // the columns are rotated to 1, 2, 0, so that the products are added in the same order as in
-  // Eigen's matrix product.
+  // find_forces() computes scale H u, with u = sum J x, and adds the products of the three columns
+  // in order. In row 2, the columns are rotated to 1, 2, 0, so that the products are added in the
+  // same order as in Eigen's matrix product.
   scaled_.assign(12 * hessians_.size(), 0.0);
   for (std::size_t t = 0; t < hessians_.size(); ++t)
     for (int column = 0; column < 3; ++column)

@@ -17,7 +17,7 @@ namespace loomstone {
 // A mesh as read from a file, not validated.
 struct RawMesh {
   // A face with more than three corners. The parsers split it into the triangles {0, k - 1, k} of
-  // its corners, with k from 2.
+  // its corners, for k from 2 to n_corners - 1.
   struct Polygon {
     std::size_t first_triangle, n_corners;
     const char* unit;  // "line" or "face": what `number` counts in the file
@@ -64,8 +64,8 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-// Removes the first word from `line` and returns it. Returns an empty word if there is no further
-// word.
+// Removes the first word from `line` and returns it. Returns an empty word if `line` contains none.
+// Words are separated by spaces or tabs.
 inline std::string_view next_word(std::string_view& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string_view::npos) {

@@ -44,7 +44,7 @@ TriangleMesh cylinder(double radius, double length, Index segments = 32);
 TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length,
                     double wall, Index segments = 64);
 // Wavy bar along y with hemispherical ends: a tube of radius `radius` whose centre line is a
-// sinusoid in the y-z plane.
+// sinusoid in the y-z plane. `length` is the distance along y between the ends of the centre line.
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
                       Index segments = 24);
 // Square in the plane z = 0, an open surface with normal +z. Its uv are its x and y coordinates.

@@ -73,11 +73,12 @@ Array as_rows(const std::vector<Value>& values) {
       Array::ColsAtCompileTime);
 }
 
-// Replaces the triangles of each polygon by those of split_polygon(), which are different if the
-// triangles around the first corner overlap. Throws CacheError if split_polygon() returns none.
+// Replaces the triangles of each polygon by those of split_polygon(), which may be different if the
+// triangles around the first corner overlap or one of them has no area. Throws CacheError if
+// split_polygon() returns none.
 void split_concave(RawMesh& raw, const std::string& path) {
   for (const RawMesh::Polygon& polygon : raw.polygons) {
-    // Returns the corners of the polygon in a table of triangles.
+    // Returns the entries of `triangles` for the corners of the polygon, each corner once.
     const auto corners_in = [&](const std::vector<Index>& triangles) {
       const Index* const first = triangles.data() + 3 * polygon.first_triangle;
       std::vector<Index> corners{first[0], first[1]};

@@ -41,7 +41,7 @@ std::vector<Vec2> flattened(const std::vector<Vec3>& corners, const Vec3& area) 
 
 // Returns whether corner i of the outline `left` is an ear: it forms a counter-clockwise triangle
 // with its two neighbours, and no other corner lies in this triangle or, within rounding, on its
-// border. Corners at exactly the position of one of the three are ignored.
+// border. Other corners at exactly the position of a corner of this triangle are ignored.
 bool is_ear(const std::vector<Vec2>& flat, const std::vector<int>& left, std::size_t i,
             double least) {
   const std::size_t n = left.size(), before = (i + n - 1) % n, after = (i + 1) % n;
@@ -71,9 +71,10 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
     squares += (next - here).squaredNorm();
   }
   const double least = rounding * squares;
-  // There is no plane to project on if the area vanishes or is not finite. If the area vanishes
-  // although triangles have one, the outline crosses itself. TriangleMesh rejects triangles without
-  // area and coordinates that are not finite.
+  // There is no plane to project on if the area vector vanishes or is not finite. If it vanishes
+  // although a triangle has an area, the outline crosses itself. Otherwise, the triangles are
+  // returned unchecked, because TriangleMesh rejects triangles without area and coordinates that
+  // are not finite.
   if (!(area.norm() > least)) {
     const auto has_area = [&](const std::array<int, 3>& t) {
       const Vec3& origin = corners[t[0]];

@@ -31,7 +31,7 @@ class TriangleMesh {
 
   double mean_edge() const;  // mean length of the edges [m]
   bool closed() const;       // every edge has two faces
-  bool flat() const;         // all vertices lie in one plane, within 1e-9 of the mesh's size
+  bool flat() const;         // all vertices lie in one plane, within 1e-9 times the mesh's size
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
                      double scale = 1.0) const;  // uv do not change

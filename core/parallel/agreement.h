@@ -8,12 +8,13 @@
 namespace loomstone {
 
 // Collective. If any rank has a failure, all ranks throw the error of the lowest such rank, with
-// the same text and type, but StepFailure in place of a NewtonFailure. An exception that is not a
-// loomstone::Error becomes an Error, whose text gives advice in the case of std::bad_alloc. Returns
-// if `failure` is null on every rank.
+// the same text and type, except that a NewtonFailure becomes a StepFailure. An exception that is
+// not a loomstone::Error becomes an Error, whose text gives advice in the case of std::bad_alloc.
+// Returns if `failure` is null on every rank.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 
-// Collective. Runs `body` on this rank. If it throws on any rank, all ranks throw.
+// Collective. Runs `body` on this rank. If it throws on any of several ranks, all ranks throw as
+// agree_on() does. A single rank throws the exception of `body` itself.
 template <class Body>
 void together(const Communicator& communicator, Body&& body) {
   if (communicator.size() == 1) {

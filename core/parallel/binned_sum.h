@@ -25,10 +25,11 @@ class BinnedSum {
   static constexpr int n_bins = 4, bits_per_bin = 32;
   enum Special : std::int32_t { NotANumber = 1, PlusInfinity = 2, MinusInfinity = 4 };
 
-  // Moves the highest bin to position `top`, which must not be lower than the current one.
+  // Makes `top`, which must not be lower than top_, the position of the highest bin. Bins that are
+  // then below the lowest position are dropped.
   void raise(std::int32_t top);
 
-  // Bin i counts multiples of 2^(32 (top_ - i) - 1074).
+  // Bin i is at position top_ - i. A bin at position p counts multiples of 2^(32 p - 1074).
   std::array<std::int64_t, n_bins> bins_{};
   std::int32_t top_ = 0;
   std::int32_t special_ = 0;  // bits of Special: kinds of added numbers that are not finite

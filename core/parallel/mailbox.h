@@ -18,7 +18,8 @@ class Mailbox {
   // If a message has arrived, copies it to `message` and returns true; otherwise returns false.
   virtual bool receive(std::vector<std::byte>& message) = 0;
   // begin_wait() must be called when this rank begins to wait for messages, and end_wait() when it
-  // stops waiting.
+  // stops waiting. The time between these calls counts as Traffic::waiting and towards the time-out
+  // of mpi_watch.h.
   virtual void begin_wait() {}
   virtual void end_wait() {}
 };

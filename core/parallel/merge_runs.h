@@ -54,7 +54,7 @@ struct Placed {
 
 inline constexpr auto by_place = [](const auto& a, const auto& b) { return a.place < b.place; };
 
-// Returns copies of elements in the given order.
+// Returns copies of the elements that `order` lists, in this order.
 template <class Element>
 std::vector<Element> copies(const std::vector<Placed<Element>>& order) {
   std::vector<Element> copied;

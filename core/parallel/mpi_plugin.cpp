@@ -24,7 +24,7 @@ namespace loomstone {
 namespace {
 
 constexpr int exchange_tag = 4711;
-constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for the others
+constexpr std::chrono::seconds grace{10};  // longest time that a failed rank waits for the others
 // Largest size of a message [bytes]. It is limited because MPI counts are ints. Broadcasts, gathers
 // and exchanges send larger data in parts.
 constexpr std::size_t largest_message = std::size_t{1} << 30;

@@ -45,8 +45,8 @@ struct ReplayReport {
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;
 };
 
-// Pieces of work in a fixed order, grouped into sections. section_ranges() divides them by their
-// expected costs into ranges for the ranks.
+// Pieces of work in a fixed order, grouped into sections. section_ranges() divides them into ranges
+// for the ranks, according to the expected costs.
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]

@@ -1,7 +1,7 @@
 // Gathers elements from all ranks repeatedly, usually with one exchange each time. In this
 // exchange, each rank sends its number of elements, and as many elements as there is room for. The
-// room is the number of its elements in the previous gather plus an eighth, and 0 in the first
-// gather. A second exchange sends the remaining elements, if there are any.
+// room of a rank is the number of its elements in the previous gather plus an eighth; in the first
+// gather, it is 0. A second exchange sends the remaining elements, if there are any.
 #pragma once
 
 #include <algorithm>

@@ -28,7 +28,7 @@ struct NodeTest {
 
 struct PoolOptions {
   Index growth = 2, least = 8;  // a and b of the threshold tau = a sigma + b
-  double poll_interval = 5e-6;  // time between two polls of a rank that has work [s]
+  double poll_interval = 5e-6;  // least time between two polls while worker 0 performs tests [s]
 };
 
 // Returns how many tests a stack may hold while the pool has `n_tasks` tasks.

@@ -19,7 +19,7 @@ inline constexpr Index rows_per_block = 128;
 
 struct Team {
   int threads = 1;
-  std::int64_t* iterations = nullptr;  // counts the iterations of loops; may be null
+  std::int64_t* iterations = nullptr;  // counts loop iterations and tests of TaskPool; may be null
   double* busy = nullptr;  // (threads) time that each thread spends in loops [s]; may be null
 };
 

@@ -1,7 +1,7 @@
 // Chooses how many threads a simulation uses when other programs run on the same processors. A
 // parallel loop ends when its last thread ends. If another program displaces one thread, all other
-// threads wait for it in every loop, so many threads may be slower than one. Results do not depend
-// on the number of threads.
+// threads wait for this thread in every loop, so many threads may be slower than one. Results do
+// not depend on the number of threads.
 #pragma once
 
 #include <chrono>

@@ -12,11 +12,11 @@
 namespace loomstone {
 
 // Bullet's world with tight bounding boxes. Each box is enlarged by the contact distance of its
-// shape, which is proportional to the shape's size and at most 2 cm. Bullet would always use 2 cm.
-// In the tree of boxes, the box of a body is larger by a few further contact distances. This
-// larger box is updated only when the smaller one leaves it or when it has become far too large.
-// Bullet would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap
-// hundreds of neighbours.
+// shape (Bullet's contact breaking threshold), which is proportional to the shape's size and at
+// most 2 cm. Bullet would always use 2 cm. In the tree of boxes, the box of a body is larger by a
+// few further contact distances. This larger box is updated only when the smaller one leaves it or
+// when the larger one has become far too large. Bullet would enlarge the box of a moving body by
+// 5 cm, so the box of a small body could overlap hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
 // its pose at the end (a facet: the velocity of its best-fit rigid motion). These velocities are

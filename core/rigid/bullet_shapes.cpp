@@ -17,7 +17,8 @@ void attach_polyhedron(btCollisionShape& shape, ConvexPolyhedron polyhedron, Sha
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
-  // Taken from `points`, because Bullet rounds its copies of them to 1e-4 of the hull's size.
+  // The vertices are taken from `points`, because Bullet rounds its copies to 1e-4 of the hull's
+  // size.
   std::vector<Vec3> vertices;
   for (int i = 0; i < hull.vertices.size(); ++i)
     vertices.push_back(points[hull.original_vertex_index[i]]);

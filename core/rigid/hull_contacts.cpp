@@ -103,7 +103,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only an axis of clearly smaller overlap replaces another: which features meet changes rarely.
+  // Only an axis of clearly smaller overlap replaces another, so that the features that meet change
+  // rarely.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -256,7 +257,7 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 // for a contact, with the overlap o. If o > m, contacts have the direction of the best admissible
 // axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
 // the candidate with the smallest o is added, together with the deferred contacts whose m is less
-// than this o. If there is no candidate, all deferred contacts are added.
+// than this o; if there is no candidate, all deferred contacts are added instead.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;
@@ -302,7 +303,7 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
       planes.push_back({contact});
     } else if (std::none_of(plane->begin(), plane->end(),
                             [&](const HullContact& c) { return c.point == contact.point; })) {
-      // Left out if repeated: every edge at a corner of the hull gives the contact of the corner.
+      // Repeated contacts are left out: all edges at a corner of the hull give the same contact.
       plane->push_back(contact);
     }
   }

@@ -1,6 +1,6 @@
 // Simulation of one scene. Contains the Model, the State and the Stepper, and provides the
 // functions that Python and the tests call. Arrays of cloth are in the user's vertex order, except
-// in state() and collision_motion(), and concatenate all cloths.
+// in state(), checkpoint() and collision_motion(), and concatenate all cloths.
 #pragma once
 
 #include <array>
@@ -132,11 +132,12 @@ class Simulation {
   std::vector<BrokenLimit> broken_limits() const;
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect in
-  // the current state.
+  // the current state and share no vertex.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 
-  // Returns the contacts of the current state. Their vertex indices are in the user's numbering,
-  // with all surfaces concatenated. All ranks must call this function.
+  // Returns the contacts of the current state. Contact::vertices are in the user's numbering, with
+  // all surfaces concatenated; Contact::a and Contact::b are internal indices. All ranks must call
+  // this function.
   std::vector<Contact> near_contacts() const;
 
  private:

@@ -9,7 +9,7 @@
 namespace loomstone {
 
 namespace {
-constexpr Index rows_per_chunk = 128;  // our choice: the hinge data of a chunk stay in the cache
+constexpr Index rows_per_chunk = 128;  // so few that the hinge data of a chunk fit into the cache
 }
 
 HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePairs pairs)

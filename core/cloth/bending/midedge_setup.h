@@ -16,9 +16,10 @@
 
 namespace loomstone::midedge {
 
-// Bending element of one triangle. The difference between the curvature of the triangle and its
-// curvature at rest, in weft/warp axes, is the sum of curvature[s] * (theta - rest)[hinge[s]] over
-// s, with the hinge angles theta and their rest angles.
+// Bending element of one triangle. Except for the part that slopes at boundary edges cause, the
+// difference between the curvature of the triangle and its curvature at rest, in weft/warp axes, is
+// the sum of curvature[s] * (theta - rest)[hinge[s]] over s, with the hinge angles theta and their
+// rest angles. `rigidity` accounts for the excepted part.
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};
@@ -29,7 +30,8 @@ struct Element {
 
 struct Elements {
   std::vector<Element> elements;  // one per triangle
-  // Number of edges that use the mean slope because a weight would exceed 1 in magnitude.
+  // Number of edges whose slope is the mean of the slopes of their two triangles, because a weight
+  // would exceed 1 in magnitude.
   Index n_averaged = 0;
 };
 

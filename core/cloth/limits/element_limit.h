@@ -113,7 +113,7 @@ struct Element {
   // two corners are held, it is instead h h^T [m^2] with the height vector h over the held edge.
   Symmetric<Real> moments;
 };
-// Numbers of values and of gradients in an Element. The gradients come first.
+// Number of values in an Element, and number of those that are gradients. The gradients come first.
 inline constexpr int element_numbers = 13, element_gradients = 4;
 
 // Polar decomposition F = R U: F, U and their invariants. rotation() computes R from them.

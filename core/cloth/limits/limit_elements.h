@@ -25,9 +25,10 @@ struct LimitedCloth {
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
 };
 
-// Returns a greedy colouring of items: the colour of each item, from 0 to n_colours - 1. An item is
-// a row of vertex indices. Items are coloured in ascending order. Each item gets the smallest
-// colour that no preceding item with a vertex in common has.
+// Returns a greedy colouring of items: the colour of each item, from 0 to n_colours - 1. Sets
+// n_colours to the number of colours. An item is a row of vertex indices. Items are coloured in
+// ascending order. Each item gets the smallest colour that no preceding item with a vertex in
+// common has.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
@@ -70,7 +71,8 @@ class LimitElements {
   // (colours + 1) First batch of each colour.
   const std::vector<Index>& colour_start() const { return colour_start_; }
   Index element(Index slot) const { return element_of_[slot]; }  // -1: empty lane
-  // Slots (see limit::Tables) of the elements at each vertex, in ascending order.
+  // Slots (see limit::Tables) of the elements at each vertex, in ascending order. Those of vertex v
+  // are the entries slot_start()[v] to slot_start()[v + 1] - 1 of slots().
   const std::vector<Index>& slot_start() const { return slot_start_; }
   const std::vector<Index>& slots() const { return slots_; }
   const Corners2& rest_corners(Index triangle) const { return cloth_.corners[triangle]; }

@@ -86,7 +86,7 @@ LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const 
 template <class Real>
 struct Correction {
   Space<Real> g1, g2;
-  Real size;  // largest magnitude of the strain components that are corrected
+  Real size;  // largest magnitude of the corrected components of the excess
 };
 
 // Computes the correction of an element or a batch. Returns false if no element exceeds its bounds

@@ -141,8 +141,8 @@ LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
   for (int l = 0; l < n_lanes; ++l)
     if (beyond[l] != 0.0) bits |= static_cast<std::uint8_t>(1 << l);
 }
-// Adds the stress of the limit potential in batch b. Unless t.entered is null, also sets there the
-// bits of the phases that have begun.
+// Adds the stress of the limit potential in batch b. Unless t.entered is null, also sets in
+// t.entered the bits of the phases that have begun.
 template <class Lanes>
 LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<Lanes>& e,
                                        Tensor<Lanes>& s) {

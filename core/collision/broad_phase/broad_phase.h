@@ -1,6 +1,6 @@
 // Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap, and reports each
 // pair once. Excludes pairs that share a vertex and pairs tied by an attachment. surface_pairs()
-// excludes pairs of surfaces without cloth, and self-collisions that are switched off.
+// excludes pairs of surfaces neither of which is cloth, and self-collisions that are switched off.
 #pragma once
 
 #include <cstdint>

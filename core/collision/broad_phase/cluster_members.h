@@ -40,8 +40,8 @@ class VertexSet {
     vertices_.push_back(vertex);
   }
   // Adds a vertex to the set, but not to vertices(). Returns whether the set did not contain it
-  // before. Several threads may call this function at once. The caller must then pass the added
-  // vertices to list().
+  // before. Several threads may call this function at once. Afterwards, the caller must pass the
+  // added vertices to list().
   bool take(Index vertex) {
     std::atomic_ref<std::uint8_t> inside(inside_[vertex]);
     return !inside.load(std::memory_order_relaxed) &&

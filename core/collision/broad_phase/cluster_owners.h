@@ -1,11 +1,12 @@
 // Distribution of neighbour lists over ranks. Each list belongs to two clusters, the first of which
 // is part of the first surface of a surface pair. For each surface pair, these first clusters are
-// cut into one contiguous range for each rank, and a rank computes the lists whose first cluster is
-// in its range. The cuts depend on the costs of earlier steps. They determine which rank computes a
-// list, but not what the list contains. Each expensive surface pair is cut separately, because some
-// pairs have many contacts and others have many feature pairs to test for impacts. Each rank thus
-// gets about an equal part of the searches for contacts and for impacts. All other surface pairs
-// are cut together: their first clusters, sorted by surface pair, form one sequence.
+// cut into one contiguous, possibly empty range for each rank, and a rank computes the lists whose
+// first cluster is in its range. The cuts depend on the costs of earlier steps. They determine
+// which rank computes a list, but not what the list contains. Each expensive surface pair is cut
+// separately, because some pairs have many contacts and others have many feature pairs to test for
+// impacts. Each rank thus gets about an equal part of the searches for contacts and for impacts.
+// All other surface pairs are cut together: their first clusters, sorted by surface pair, form one
+// sequence.
 #pragma once
 
 #include <vector>

@@ -102,8 +102,8 @@ LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureG
 }
 
 // For nodes [begin, end) of a level, stores the boxes `below` of their children in groups (`slabs`)
-// and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups by empty
-// boxes.
+// and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups with
+// empty boxes.
 template <class Lanes>
 LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {

@@ -180,8 +180,9 @@ class NeighbourLists {
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
 
-  // Starts to measure the time spent on the lists, for replays on one thread. `clock` is the time
-  // that reading the clock takes [s].
+  // Starts to measure NeighbourList::seconds and the times that take_unlisted_seconds() and
+  // take_pass_seconds() return, for replays on one thread. `clock` is the time that reading the
+  // clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
   // Return the time spent in searches without lists and in passes over all lists, respectively,
@@ -208,7 +209,7 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  static constexpr int pause = 64;           // initial value in unlisted_ if lists are widened
+  static constexpr int pause = 64;           // value that unlist() sets if lists are widened
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
   // Calls work(list) for the n lists list_at(i), and divides the time that this takes among the
   // lists in proportion to the estimated costs of this work.
@@ -239,7 +240,7 @@ class NeighbourLists {
   IndexRange own_vertices() const {
     return even_share(model_.n_vertices, ranks_.rank(), ranks_.size());
   }
-  // Returns the rows of own_vertices().
+  // Returns the rows of x that belong to own_vertices().
   auto own_rows(const Points& x) const {
     const IndexRange own = own_vertices();
     return x.middleRows(own.begin, own.end - own.begin);
@@ -324,7 +325,7 @@ class NeighbourLists {
   std::vector<Upkeep> upkeep_;         // (surface pairs)
   std::int64_t n_updates_ = 0, n_searches_ = 0, n_made_ = 0;
   int updates_ = 0;      // number of updates since lists were distributed
-  double clock_ = -1.0;  // see time_work(); negative: work is not timed
+  double clock_ = -1.0;  // argument of time_work() [s]; negative: not called yet
   mutable double unlisted_seconds_ = 0.0;
   double pass_seconds_ = 0.0;
 };

@@ -37,8 +37,9 @@ class PartitionTrees {
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
 
   // Top-level tests compare each partition with itself, with each other partition, and with each
-  // body or obstacle, if their surfaces may collide. Test i belongs to rank i modulo `n_ranks`.
-  // Returns those tests of a rank whose nodes have overlapping boxes.
+  // body or obstacle, if their surfaces may collide and the boxes of these surfaces overlap. Test i
+  // belongs to rank i modulo `n_ranks`. Returns those tests of a rank whose nodes have overlapping
+  // boxes.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
   // Returns the number of clusters of all hierarchies. Cluster indices follow the order of the

@@ -102,7 +102,7 @@ class SharedSearch {
   PartitionTrees trees_;
   RecordedTests* recorded_ = nullptr;
   bool still_ = false;     // all vertices were at rest in the last search
-  bool measures_ = false;  // the last search measured the costs of its tests
+  bool measures_ = false;  // the last search measured costs for `deals_`
   // Divisions of the first tests of dynamic searches. Index 0: vertices move; index 1: vertices are
   // at rest (`still_`).
   SearchDeal deals_[2];

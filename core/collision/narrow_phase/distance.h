@@ -15,8 +15,8 @@ struct ClosestPair {
   double distance;                // [m]
   // True if the projection of the vertex onto the plane of the face lies in the face, or if the
   // closest points of the lines through the two edges lie on the edges. Sides and ends of the
-  // features are included. Always false for a sliver face, and may be false for nearly parallel
-  // edges.
+  // features are included. Always false for a sliver face (height at most 1e-7 of the longest
+  // edge), and may be false for nearly parallel edges.
   bool interior;
 };
 

@@ -15,7 +15,7 @@ bool exactly_meet_edge_edge(const MovingPoints& points);
 
 struct ExactImpact {
   bool hit = false;
-  double time = 1.0;  // lower bound on the first contact time [1]
+  double time = 1.0;  // lower bound on the first contact time, in [0, 1]; 1 without a hit
 };
 
 // Both functions use floating point where rounding errors are small enough to prove the result, and

@@ -22,7 +22,7 @@ struct Polygon {
   double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is one rounded difference
 };
 
-// Uses registers of four doubles even with AVX-512. With registers of eight, the test took 1.4
+// Uses registers of four doubles even with AVX-512. With registers of eight, decisions took 1.4
 // times as long (docs/experiments/collisions.md).
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;

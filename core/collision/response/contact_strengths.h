@@ -36,8 +36,8 @@ ContactStrengths contact_strengths(const CollisionModel& model,
 // Strengths that are still valid are not computed again.
 class KnownStrengths {
  public:
-  // Returns contact_strengths(). Between two calls of forget(), all calls must have the same
-  // contacts, positions and masses.
+  // Returns contact_strengths() of the arguments. Between two calls of forget(), all calls of
+  // find() must have the same contacts, positions and masses.
   const ContactStrengths& find(const CollisionModel& model, const std::vector<Contact>& contacts,
                                const StrengthInputs& inputs);
   void forget() { known_at_x_ = false; }

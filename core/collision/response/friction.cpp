@@ -27,12 +27,12 @@ bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Inde
 bool in_pair_order(const Anchor& x, const Anchor& y) { return pair_order(x) < pair_order(y); }
 
 // The anchors of edge pairs as (second edge, index of the anchor), in ascending order. Contains
-// only anchors whose second edge is also the second edge of a given contact.
+// only anchors whose second edge is also the second edge of one of the contacts in `which`.
 class BySecondEdge {
  public:
   BySecondEdge(const std::vector<Anchor>& anchors, const std::vector<Contact>& contacts,
                const std::vector<std::size_t>& which, Index n_edges) {
-    std::vector<std::uint8_t> wanted;  // (edges) 1: second edge of a given contact
+    std::vector<std::uint8_t> wanted;  // (edges) 1: second edge of a contact in `which`
     for (const std::size_t c : which)
       if (contacts[c].kind == ContactKind::EdgeEdge) {
         if (wanted.empty()) wanted.resize(n_edges, 0);

@@ -1,9 +1,9 @@
 // Response to contacts by impulses, for integrators without contact terms in an implicit solve.
 // Stopping impulses ([Thomaszewski2010], (2.58), (2.59)) end the approach of features closer than
-// their thickness. Repulsive impulses restore the thickness gradually. Both act with Coulomb
-// friction. In contrast to [Thomaszewski2010], friction acts on the relative tangential velocity of
-// the contact instead of the velocity of each vertex, and the impulses of all contacts are solved
-// together (method.md, Response by impulses).
+// their thickness. Repulsive impulses gradually move these features apart, almost to their
+// thickness. Both act with Coulomb friction. In contrast to [Thomaszewski2010], friction acts on
+// the relative tangential velocity of the contact instead of the velocity of each vertex, and the
+// impulses of all contacts are solved together (method.md, Response by impulses).
 #pragma once
 
 #include <vector>

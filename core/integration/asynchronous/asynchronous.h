@@ -38,8 +38,8 @@ class AsynchronousIntegrator : public Integrator {
                               ClothState& state) = 0;
 
   // Longest steps between events of bending (m) [s]: the steps of the membrane at rest, or
-  // options_.bending_multiple times their mean_of_patches() if this multiple is not 0. The steps
-  // are never longer than bending_.
+  // options_.bending_multiple times their mean_of_patches() if this multiple is not 0. In either
+  // case, bending_ limits the result.
   Vector bending_event_steps() const;
 
   const ClothModel& model_;

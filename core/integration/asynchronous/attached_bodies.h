@@ -47,7 +47,7 @@ class AttachedBodies {
     double mass;  // [kg]
     // Attachment point relative to the common centre of mass, in body axes [m].
     Vec3 local;
-    // From the attachment point to the vertex at the start of the interval, in world axes [m].
+    // Vector from attachment point to vertex at the start of the interval, in world axes [m].
     Vec3 offset = Vec3::Zero();
     Vec3 velocity = Vec3::Zero();  // last velocity that the body gave the vertex [m/s]
   };

@@ -38,9 +38,10 @@ class ElementSteps {
   // Steps (m) [s] at positions x and velocities v, never longer than at rest. With the largest
   // stretch s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0
   // is the eigenvalue at rest plus the largest eigenvalue of the stiff phases of strain limits that
-  // are entered at x or at the positions that v predicts, and gamma is the largest eigenvalue that
-  // a unit of tension adds. With a limit potential, steps are so short that the predicted change of
-  // strain in a step is at most 0.1. The result is valid until the next call.
+  // are entered at x or at the positions that v predicts after the longest step at rest, and gamma
+  // is the largest eigenvalue that a unit of tension adds. With a limit potential, steps are so
+  // short that the predicted change of strain in a step is at most 0.1. The result is valid until
+  // the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s], for the strains at the positions x of the last call of at() or
   // first_unstable(). Each mode is in the higher of two phases: its phase at these strains, and its
@@ -50,7 +51,7 @@ class ElementSteps {
   // longer than its stability limit; -1 if there is none.
   Index first_unstable(const Team& team, const Points& x, const Vector& steps,
                        Elasticity& elasticity);
-  // Fraction of the mass of its corner k that triangle t contributes [1].
+  // Fraction that triangle t contributes to the mass of its corner k [1].
   double share(Index t, int k) const { return share_(t, k); }
 
  private:

@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Largest number of subtrees that are traversed as separate tasks. Neither this number nor the
-// result of the traversal depends on the number of threads.
+// Largest number of subtrees that are traversed as separate tasks. Neither the division into tasks
+// nor the result of the traversal depends on the number of threads.
 inline constexpr std::size_t most_tasks = 256;
 
 // Returns the rows in the order of a tree.

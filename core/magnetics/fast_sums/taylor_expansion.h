@@ -7,8 +7,8 @@
 // symmetric in the two cells, so the forces between them are equal and opposite at any order
 // [Dehnen2002]. Because 1/r is harmonic, a moment with a z exponent of at least 2 can be replaced:
 // it is subtracted from the two moments whose z exponent is lower by 2 and whose x or y exponent is
-// higher by 2. All of L follows from its components with a z exponent of at most 1. This leaves
-// (order + 1)^2 numbers, as many as in a spherical-harmonic expansion.
+// higher by 2. This leaves (order + 1)^2 moments, as many as in a spherical-harmonic expansion. All
+// of L follows from its components with a z exponent of at most 1.
 #pragma once
 
 #include "core/magnetics/fast_sums/taylor_tables.h"

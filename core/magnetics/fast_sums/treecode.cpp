@@ -22,8 +22,9 @@ constexpr Index n_samples = 128;
 struct Setting {
   int order;
   double opening;
-  // Relative error of forces, rounded up. It was measured on 1e5 random dipoles on a lattice with
-  // random displacements of up to half its spacing (docs/experiments/magnetics.md).
+  // Relative error of forces, rounded up. It was measured on 1e5 dipoles with random moments on a
+  // lattice with random displacements of up to half its spacing along each axis
+  // (docs/experiments/magnetics.md).
   double error;
 };
 constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5e-3},

@@ -17,8 +17,8 @@ constexpr double largest_turn = 0.1;  // approximate largest turn between output
 // error. At this turn, the error of cubic interpolation is 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
 // A line ends if it has moved by less than `least_move` times the allowed error in `steps_to_move`
-// steps. Otherwise, a line would turn endlessly where the field vanishes, as it does beside charged
-// panels.
+// steps. Without this rule, a line would turn endlessly near a point where the field vanishes. Such
+// points exist beside charged panels.
 constexpr int steps_to_move = 64;
 constexpr double least_move = 64.0;
 // Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. At

@@ -27,8 +27,8 @@ double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
 // Converts `difference`, the force on the estimated errors of the charge, into an estimated error
 // of `force`. `gap` is the result of relative_gap(). The charge errors of panels are estimated by
 // comparing two Richardson extrapolations. These estimates exaggerate large errors and miss part of
-// the error near a magnet. The formula was therefore fitted to true errors. In nine of ten cases,
-// its result is between half and ten times the true error (docs/experiments/magnetics.md).
+// the error near a magnet. The formula was therefore fitted to true errors. In about nine of ten
+// cases, its result is between half and ten times the true error (docs/experiments/magnetics.md).
 double calibrated(double difference, double force, double gap) {
   if (!(force > 0.0)) return difference;
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);

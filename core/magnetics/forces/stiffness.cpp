@@ -102,7 +102,8 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
          (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
 }
 
-// Number of values per soft sphere: position (3), radius, norm of the moment, mobility.
+// Number of values per soft sphere in the table of far_kernel(): position (3), radius, norm of the
+// moment, and mobility (see yielding()).
 constexpr int sphere_rows = 6;
 // If the distance between the centres of two spheres is at least this multiple of the sum of their
 // radii, the bound 24 mu0/4pi m m' / r^5 for any two dipoles m and m' replaces the largest

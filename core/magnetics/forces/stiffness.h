@@ -28,7 +28,7 @@ CoarseMagnet coarse_magnet(const Source& source);
 struct Carrier {
   double inverse_mass = 0.0;     // [1/kg]
   double inverse_inertia = 0.0;  // largest inverse moment of inertia about `centre` [1/(kg m^2)]
-  Vec3 centre = Vec3::Zero();    // [m]
+  Vec3 centre = Vec3::Zero();    // centre of mass in world axes [m]
 };
 
 // Returns upper bounds of the squared angular frequency of every carrier [1/s^2]. `carrier`

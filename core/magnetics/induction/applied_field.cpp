@@ -12,8 +12,8 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-// Number of leaves at which bisection stops. For a block on a plate, with or without a rotation of
-// the block by 17 or 45 degrees, the relative error of the force is then at most 1e-3
+// Number of leaves at which bisection stops. With this limit, the relative error of the force
+// between a block magnet and a plate is at most 1e-3 if the block is rotated by 17 or 45 degrees
 // (docs/experiments/magnetics.md).
 constexpr std::size_t most_leaves = 4000;
 // Panels and leaves are bisected if their error is at least this fraction of the largest error.

@@ -55,7 +55,8 @@ Rectangle rectangle_of(const FlatPanel& p) {
   return r;
 }
 
-// Returns the flux of a unit charge density on `by` through `on`, along the axis of `on` [m^2].
+// Returns the flux of a unit charge density on `by` through `on` [m^2]. It is positive in the
+// direction of the coordinate axis on.axis, which is normal to `on`.
 double rectangle_flux(const Rectangle& on, const Rectangle& by) {
   const Vec3 on_ends[2] = {on.low, on.high}, by_ends[2] = {by.low, by.high};
   double sum = 0.0;

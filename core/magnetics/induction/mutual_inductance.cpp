@@ -12,7 +12,8 @@ namespace loomstone {
 namespace {
 
 // Number of levels of refinement. Each level doubles the number of points around the winding and,
-// for a solenoid, along its length. The first has 16 points around the winding, the last has 512.
+// for a solenoid, along its length. The first level has 16 points around the winding, and the last
+// has 512.
 constexpr int finest = 6;
 
 // A winding about its own z axis, with turns in |z| <= length / 2.

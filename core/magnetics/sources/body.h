@@ -58,8 +58,8 @@ Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bod
 // quaternion is zero.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 
-// Both functions return a body with its pose. The origin of a mesh magnet is its centre of volume;
-// that of a polyline is the mean of its vertices.
+// Both functions return a source and its pose. The origin of the source's axes is the centre of
+// volume of the mesh, or the mean of the vertices of the polyline.
 MagneticBody make_mesh_magnet(const TriangleMesh& mesh, const Vec3& polarization);
 MagneticBody make_polyline(Points vertices, double current);
 

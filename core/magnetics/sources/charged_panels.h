@@ -53,8 +53,8 @@ using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::
 // panel of `on` (rows). `pose` is the pose of `on` in the axes of `by`.
 FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const PanelRange& by);
 
-// Computes mu0 H [T] of panels with charges mu0 sigma [T] at n points, in the block layout of
-// Source.
+// Computes mu0 H [T] of panels with charges mu0 sigma [T] at n points. Points and field have the
+// layout of a block (see points_per_block), but n can be any multiple of 8.
 void panel_field(const PanelRange& by, const double* charges, const double* points, Index n,
                  double* field);
 

@@ -57,7 +57,9 @@ LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* 
   return lanes_log(above / below);
 }
 
-// Returns the difference of the solid angles subtended by the two faces perpendicular to axis u.
+// Returns the difference of the solid angles subtended by the two faces perpendicular to axis u:
+// that of the face at larger u minus that of the face at smaller u. A solid angle is positive if
+// the point is at larger u than the face.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes faces_across(const Lanes* u, const Lanes* v, const Lanes* w,
                                     const Lanes r[2][2][2]) {

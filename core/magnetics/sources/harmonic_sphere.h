@@ -34,7 +34,8 @@ class HarmonicSphere final : public Source {
 
  private:
   Vec3 inside(const Vec3& point, Quantity quantity) const;
-  // Returns the charges at the quadrature points for a density with the given coefficients [A m].
+  // Returns the charges at the quadrature points [A m] for a charge density with the coefficients
+  // `density` [A/m].
   Vector charges_of(const Vector& density) const;
 
   double radius_;

@@ -87,7 +87,7 @@ class Source {
   // for spheres, magnets divided into cells, and sources that are not solid.
   virtual std::vector<Panel> surface() const { return {}; }
   // induced() returns true for a body with induced surface charge. charges() returns quadrature
-  // points of this charge, and nothing for other sources.
+  // points of this charge, or an empty list for all other sources.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
   // Returns the estimated errors of the first entries of charges() [A m]. The remaining entries
@@ -99,8 +99,8 @@ class Source {
   // Returns dipoles that produce the field outside the source (one for a hard sphere), or null if
   // there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
-  // charged_panels() and cell_magnet() return the source itself if it consists of charged panels or
-  // of dipole cells, and null otherwise.
+  // charged_panels() returns the source itself if it consists of charged panels, and cell_magnet()
+  // if it consists of dipole cells. Otherwise, each returns null.
   virtual const ChargedPanels* charged_panels() const { return nullptr; }
   virtual const CellMagnet* cell_magnet() const { return nullptr; }
   // winding() has a value for loops and solenoids, and uniform_cuboid() for cuboids.

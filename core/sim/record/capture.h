@@ -32,7 +32,7 @@ std::vector<Wrench> magnetic_forces(const State& state, double time, const Engin
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);
 // Sets `state` and `outcome.contact` from a checkpoint. Throws CacheError if a required table is
-// missing or does not fit the scene. Sizes that vary during a run are not checked.
+// missing or does not fit the scene. Sizes that vary during a run are not compared with the scene.
 void from_checkpoint(const Model& model, const Checkpoint& checkpoint, State& state,
                      StepOutcome& outcome);
 

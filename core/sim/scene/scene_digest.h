@@ -18,8 +18,8 @@ namespace loomstone {
 // because the last digits of sines may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
-// Collective. Throws InvalidInput on all ranks if the digests of a rank differ from those of rank
-// 0. The message names these fields.
+// Collective. Throws InvalidInput on all ranks if the digests of any rank differ from those of rank
+// 0. The message names the fields whose digests differ.
 void check_same_on_ranks(const Communicator& ranks,
                          const std::map<std::string, std::string>& digests);
 

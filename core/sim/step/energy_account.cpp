@@ -15,7 +15,7 @@ namespace {
 // the start of the part, whichever is larger. The accuracy multiplies this tolerance. Our choice:
 // in 27 falls of towels on a floor, the gain is then at most 0.023 (docs/experiments/energy.md).
 // Schemes without damping take steps by backward Euler while they have gained more than this
-// fraction (see has_gained()).
+// fraction, times the accuracy, of the largest of the energies that has_gained() lists.
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, beyond the work of scripts and loads, the
 // energy that contacts lose and the energy that sweeps of strain limiting add, as a fraction of the
@@ -25,9 +25,11 @@ constexpr double gain_tolerance = 0.02;
 // parts of a scene with magnets on cloth, and at most 0.003 in 14 other scenes
 // (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
-// For the gain of everything but contacts, the scale is at least this fraction of the work of
-// scripts in the part. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps
-// its long steps, and pushed cloth gains at most 0.02 of the largest kinetic energy.
+// For the gain of everything but contacts in a part, the scale is at least this fraction of the
+// work of scripts in the part. For the gain since the account began (see share_of_rise), it is at
+// least this fraction of the larger of the works of scripts and of loads since then. Our choice:
+// with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and pushed cloth
+// gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
 // With implicit Euler, a part is halved if everything but contacts has gained more than the
 // tolerated energy since the account began, and at least this fraction of the tolerated energy in
@@ -96,7 +98,8 @@ double rounding_energy(double h, const Model& model) {
   return 0.5 * model.cloth.mass.sum() * speed * speed;
 }
 
-// Returns gain_of() for the start of the part that led to `state` [J].
+// Returns gain_of() for the start of the part [J]. Of `state`, reads only what is constant during a
+// step.
 double gain_at_start(const StepContext& part, const Engines& engines, const State& state) {
   std::vector<RigidPose> obstacles;
   if (engines.magnetics) {

@@ -29,7 +29,7 @@ struct Mode {
   double excess, margin;
 };
 
-// Kinetic energy of masses of which the fraction s of some changes of velocity is applied:
+// Kinetic energy of masses to which the fraction s of given changes of velocity is applied:
 // before + s linear + s^2 square [J].
 struct KineticEnergy {
   double before = 0.0, linear = 0.0, square = 0.0;
@@ -200,8 +200,8 @@ class Constraining {
 
   // Reduces the changes of velocity that follow from the corrections of a certification if these
   // would increase the kinetic energy of the vertices and bodies that it moved. In a very short
-  // part, the correction of a small gap would give them large velocities. Used in scenes with
-  // strain limits only, whose parts become very short. The kinetic energy may rise to the value at
+  // part, the correction of a small gap would give them large velocities. Used only in scenes with
+  // strain limits, whose parts become very short. The kinetic energy may rise to the value at
   // which they all have the speed of the fastest scripted vertex. All changes are reduced in
   // proportion, so they conserve momentum as before. `bodies` and `at_rest` are the values before
   // the certification.

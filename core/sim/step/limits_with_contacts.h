@@ -67,7 +67,8 @@ struct ConstrainReport {
   // (cloth vertices x 3) Corrections that do not change velocities [m]; empty: none. Limits that
   // act only after the solve may leave an excess, or scripts may force one. If sweeps remove such
   // an excess in one part, the correction divided by the length of the part is not a velocity of
-  // the cloth. Neither is a correction by which certification would increase the kinetic energy.
+  // the cloth. The same holds for corrections by which certification would increase the kinetic
+  // energy.
   Points at_rest;
   double limit_seconds = 0.0;  // time spent on sweeps of limiting [s]
   double limit_waiting = 0.0;  // time spent waiting for other ranks in them [s]
