@@ -30,12 +30,13 @@ namespace loomstone {
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;
 
-// Updates the friction of `terms` after the rows have moved by `displacement` in `time` [s], and
-// stiffens contacts whose gap would shrink too much. On return, the terms are linearised about the
-// start of the step. Returns the relative error, over all ranks, of the friction that `terms` had
-// before the call [1], or 1 if a contact was stiffened on any rank. Collective.
-using FrictionAt =
-    std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
+// Updates the friction of `terms` after the rows have moved by `displacement` in `time` [s]. Also
+// softens contacts that have pulled and, unless `keep_normal` is set, stiffens those whose gap
+// would shrink too much. On return, the terms are linearised about the start of the step. Returns
+// the relative error, over all ranks, of the forces that `terms` had before the call [1], or 1 if a
+// contact was stiffened on any rank. Collective.
+using ForcesAfter = std::function<double(const Points& displacement, double time, bool keep_normal,
+                                         ExtraTerms& terms)>;
 
 // Rigid bodies that the integrator moves within the step. It ignores their contacts with each other
 // and with obstacles.
@@ -62,8 +63,8 @@ struct StepInputs {
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
   // Called by linearised schemes after the linear solve, which is repeated if the returned error of
-  // friction is too large. Null, on all ranks, if no rank has terms of contacts.
-  const FrictionAt* friction_at = nullptr;
+  // contact forces is too large. Null, on all ranks, if no rank has terms of contacts.
+  const ForcesAfter* forces_after = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   // (n x 3) Positions of prescribed vertices at the end [m]; no rows if no vertex is prescribed.
   const Points* target = nullptr;
@@ -73,8 +74,7 @@ struct StepInputs {
   bool damped = false;
   // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
   // then does without its history, because forces that act on cloth by BDF-2 and on bodies by
-  // symplectic Euler would not conserve momentum: it takes midpoint steps or, in contact, backward
-  // Euler.
+  // symplectic Euler would not conserve momentum.
   bool couples_bodies = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
@@ -83,11 +83,11 @@ struct StepInputs {
   // (2 b) per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 
-  // Returns whether any rank has terms of contacts. The midpoint rules then take the step by
-  // backward Euler. Otherwise, cloth on stiff contacts would not come to rest, and contacts that
-  // close within a step would add energy in the nonlinear rule, which evaluates them at the middle
-  // of the step.
-  bool in_contact() const { return friction_at != nullptr; }
+  // Returns whether any rank has terms of contacts. The midpoint rules and BDF-2 then take the step
+  // by backward Euler. Otherwise, cloth on stiff contacts would not come to rest, contacts that
+  // close within a step would add energy in the nonlinear midpoint rule, which evaluates them at
+  // the middle of the step, and BDF-2 would repeat the effect of impacts in the next step.
+  bool in_contact() const { return forces_after != nullptr; }
 };
 
 struct IntegrationReport {

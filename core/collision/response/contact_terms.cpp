@@ -16,6 +16,10 @@ namespace {
 // the start. Our choice.
 constexpr double closing = 0.25;
 
+// Weight of the normal forces that pull in ContactError::relative(). Our choice: with 1, steps are
+// solved again more often, and cloth leaves surfaces no faster.
+constexpr double weight_of_pull = 0.5;
+
 Mat3 tangent_projector(const Vec3& normal) {
   return Mat3::Identity() - normal * normal.transpose();
 }
@@ -72,14 +76,27 @@ ContactForce force_at_start(const ContactLaw& law) {
   return extended_force({law.distance, linear}, law.thickness, law.normal_stiffness);
 }
 
+// Returns whether a contact is predicted to close, for a change of the gap by `along` [m].
+bool is_closing(const ContactLaw& law, double tangential, const ContactForce& start, double along) {
+  // Near the onset of the law, a contact is too soft to stop even a gentle motion within the step.
+  // Such a contact counts as closing only if its stiffness, as determined by contact_stiffness()
+  // and multiplied by the share, is greater than the contact stiffness of the model.
+  const bool resists = law.normal_stiffness > tangential || start.stiffness >= law.normal_stiffness;
+  return resists && law.distance + along < closing * law.distance;
+}
+
+// Returns the predicted force of a contact that closes, for a change of the gap by `along` [m].
+// Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
+// gaps. The prediction therefore uses at least `normal_stiffness`.
+double closing_force(const ContactLaw& law, const ContactForce& start, double along) {
+  return start.force - std::max(start.stiffness, law.normal_stiffness) * along;
+}
+
 // Returns the secant stiffness of the force law [N/m], at most law.steepest. It replaces the
 // tangent stiffness of a contact that is predicted to close. The secant leads from the gap at which
-// the law gives the force at the start to the gap at which it gives the predicted force. The
-// prediction is for a change of the gap by `along` [m].
-double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
-  // Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
-  // gaps. The prediction therefore uses at least `normal_stiffness`.
-  const double predicted = start.force - std::max(start.stiffness, law.normal_stiffness) * along;
+// the law gives the force at the start to the gap at which it gives `predicted`, the result of
+// closing_force() [N].
+double secant_stiffness(const ContactLaw& law, const ContactForce& start, double predicted) {
   const double half = 0.5 * law.thickness, offset = 0.25 * law.normal_stiffness * half;
   const auto gap = [&](double force) {
     return law.normal_stiffness * half * half / (force + offset);
@@ -127,6 +144,15 @@ ContactLaw law_at_start(const Contact& contact, const AtStart& start, double sha
   law.limit = contact.friction * share * start.normal.force;
   law.normal_stiffness = share * start.stiffness, law.steepest = start.steepest;
   return law;
+}
+
+// Returns the sum of w_i^2 / m_i over the cloth rows of a term [1/kg].
+double compliance(const ExtraTerm& term, Index n_cloth, const Vector& inverse_mass) {
+  double sum = 0.0;
+  for (int e = 0; e < term.n_entries; ++e)
+    if (const TermEntry& entry = term.entries[e]; entry.row < n_cloth)
+      sum += entry.weight * entry.weight * inverse_mass[entry.row];
+  return sum;
 }
 
 // Sets the gradient and Hessian of a term from normal_at_start(), given as `normal`, and from
@@ -193,6 +219,7 @@ ContactTerms::ContactTerms(const Team& team, const CollisionModel& model,
         ExtraTerm& term = terms[first + i];
         set_entries(model, contact.vertices, contact.weights, inputs, term);
         law = law_at_start(contact, starts[c], share, slips_[c]);
+        law.parting = law.normal.dot(weighted(contact, inputs.v0));
         law.contact = c;
         law.counts = inputs.rows.contains(term.entries[0].row);
         set_forces(contact, inputs, share * tangential_, starts[c].normal, law, term);
@@ -219,16 +246,20 @@ double ContactTerms::at(const Team& team, const Points& displacement, double tim
   });
 }
 
-double FrictionError::relative() const {
+double ContactError::relative() const {
   if (sums[Closing].value() > 0.0) return 1.0;
-  const double wrong = sums[Wrong].value();
-  return wrong > 0.0 ? wrong / std::max(sums[Limit].value(), 1e-300) : 0.0;
+  const auto ratio = [&](int error, int of) {
+    const double wrong = sums[error].value();
+    return wrong > 0.0 ? wrong / std::max(sums[of].value(), 1e-300) : 0.0;
+  };
+  return std::max(ratio(Wrong, Limit), weight_of_pull * ratio(Pull, Push));
 }
 
-FrictionError ContactTerms::friction_at(const Team& team, const Points& displacement, double time,
-                                        const Vector& inverse_mass, ExtraTerms& terms) const {
+ContactError ContactTerms::forces_after(const Team& team, const Points& displacement, double time,
+                                        const Vector& inverse_mass, bool keep_normal,
+                                        ExtraTerms& terms) const {
   struct Sums {
-    double wrong = 0.0, limit = 0.0;
+    double wrong = 0.0, limit = 0.0, normal = 0.0;
     bool closes = false;
   };
   std::vector<Sums> sums(laws_.size());
@@ -240,42 +271,45 @@ FrictionError ContactTerms::friction_at(const Team& team, const Points& displace
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
         const double along = n.dot(moved), k = law.share * tangential_;
         ContactForce normal = force_at_start(law);
-        // Near the onset of the law, a contact is too soft to stop even a gentle motion within the
-        // step. Such a contact counts as closing only if its stiffness, as determined by
-        // contact_stiffness() and multiplied by the share, is greater than the contact stiffness of
-        // the model.
-        const bool resists =
-            law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
-        const bool closes = resists && law.distance + along < closing * law.distance;
-        if (closes) normal.stiffness = secant_stiffness(law, normal, along);
-        const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
+        if (keep_normal)
+          normal.force = -n.dot(term.gradient), normal.stiffness = n.dot(term.hessian * n);
+        const double solved = normal.force - normal.stiffness * along;  // force in the solve [N]
+        double at_end = std::max(0.0, solved);                          // expected force [N]
+        const bool closes = !keep_normal && is_closing(law, tangential_, normal, along);
+        if (closes) {
+          at_end = closing_force(law, normal, along);
+          normal.stiffness = secant_stiffness(law, normal, at_end);
+        } else if (solved < 0.0) {
+          const double apart = std::max(along, time * law.parting);
+          at_end = force_at_gap(law, law.distance + apart).force;
+          normal.stiffness = (normal.force - at_end) / apart;
+        }
+        const double limit = law.friction * at_end;
         const Mat3 tangent = tangent_projector(n);
         Vec3 slipped = moved - along * n;
         const Vec3 had = tangent * (term.gradient + term.hessian * moved);
         const double trial = k * (law.slip + slipped).norm(), size = slipped.norm();
         const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
-        sums[i] = {(had - due).norm(), limit, closes};
+        sums[i] = {(had - due).norm(), limit, solved, closes};
 
         // If friction was too large, the contact slips further once the excess is removed. `more`
         // is the predicted additional slip [m].
-        double compliance = 0.0;
-        for (int e = 0; e < term.n_entries; ++e)
-          if (term.entries[e].row < n_cloth_)
-            compliance +=
-                term.entries[e].weight * term.entries[e].weight * inverse_mass[term.entries[e].row];
-        const double more = time * time * compliance * (had.norm() - limit);
+        const double more =
+            time * time * compliance(term, n_cloth_, inverse_mass) * (had.norm() - limit);
         if (trial > limit && size > 0.0 && more > 0.0) slipped *= 1.0 + more / size;
         const FrictionResponse friction = friction_response(law.slip, slipped, tangent, k, limit);
         term.gradient = -normal.force * n + friction.gradient;
         term.hessian = normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
       },
       128);
-  FrictionError error;
+  ContactError error;
   for (std::size_t i = 0; i < sums.size(); ++i) {
     if (!laws_[i].counts) continue;
-    error.sums[FrictionError::Wrong].add(sums[i].wrong);
-    error.sums[FrictionError::Limit].add(sums[i].limit);
-    error.sums[FrictionError::Closing].add(sums[i].closes ? 1.0 : 0.0);
+    error.sums[ContactError::Wrong].add(sums[i].wrong);
+    error.sums[ContactError::Limit].add(sums[i].limit);
+    error.sums[ContactError::Pull].add(std::max(0.0, -sums[i].normal));
+    error.sums[ContactError::Push].add(std::max(0.0, sums[i].normal));
+    error.sums[ContactError::Closing].add(sums[i].closes ? 1.0 : 0.0);
   }
   return error;
 }

@@ -25,20 +25,22 @@ struct ContactLaw {
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
   double steepest;             // largest allowed slope of the normal force [N/m]
+  double parting;              // predicted rate of change of the distance [m/s]
   Index contact;               // index in the list of contacts from which the terms were made
   bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
 };
 
-// Error of the friction in contact terms, compared with the friction due after a motion; see
-// ContactTerms::friction_at(). Errors of several ranks can be added in any order.
-struct FrictionError {
-  enum { Wrong, Limit, Closing, n_sums };
-  // Sums over contacts: error of friction [N], friction limit [N], and number of contacts that
-  // would close (see `closing` in contact_terms.cpp).
+// Error of the forces in contact terms, compared with those due after a motion; see
+// ContactTerms::forces_after(). Errors of several ranks can be added in any order.
+struct ContactError {
+  enum { Wrong, Limit, Pull, Push, Closing, n_sums };
+  // Sums over contacts: error of friction [N], friction limit [N], normal forces that pull and that
+  // push [N], and number of contacts that would close (see `closing` in contact_terms.cpp).
   std::array<BinnedSum, n_sums> sums;
 
-  // Returns 1 if any contact would close. Otherwise returns the error of friction divided by the
-  // friction limit [1], or 0 if there is no error.
+  // Returns 1 if any contact would close. Otherwise returns the larger of two ratios [1]: the error
+  // of friction divided by the friction limit, and half the forces that pull divided by those that
+  // push. A ratio without an error is 0.
   double relative() const;
 };
 
@@ -75,12 +77,14 @@ class ContactTerms {
 
   // Linearises the terms again about the start of the step. The normal force after `displacement`
   // gives the friction limit. The slip after `displacement` gives the friction force and its secant
-  // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. Returns
-  // the sums of FrictionError over terms that count. The error refers to the friction that `terms`
-  // had before the call. `inverse_mass` of cloth rows [1/kg] is used to predict the slip of
-  // contacts whose friction was too large.
-  FrictionError friction_at(const Team& team, const Points& displacement, double time,
-                            const Vector& inverse_mass, ExtraTerms& terms) const;
+  // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. If a
+  // contact has pulled, its normal stiffness is the secant stiffness up to the larger of two gaps:
+  // that after `displacement` and that after the predicted motion. With `keep_normal`, other normal
+  // forces do not change. Returns the sums of ContactError over terms that count. The error refers
+  // to the forces that `terms` had before the call. `inverse_mass` of cloth rows [1/kg] is used to
+  // predict the slip of contacts whose friction was too large.
+  ContactError forces_after(const Team& team, const Points& displacement, double time,
+                            const Vector& inverse_mass, bool keep_normal, ExtraTerms& terms) const;
 
   // Returns the friction anchors after the motion x0 -> x1, one for each contact that counts on
   // this rank. `contacts` must be those passed to the constructor.

@@ -59,11 +59,12 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
                          ExtraTerms& terms) {
     return terms_at(near, engines, displacement, time, request, terms);
   };
-  const FrictionAt friction = [&](const Points& displacement, double time, ExtraTerms& terms) {
-    FrictionError error =
-        near.contact_terms.friction_at(engines.team, displacement, time, model.inverse_mass, terms);
+  const ForcesAfter forces = [&](const Points& displacement, double time, bool keep_normal,
+                                 ExtraTerms& terms) {
+    ContactError error = near.contact_terms.forces_after(engines.team, displacement, time,
+                                                         model.inverse_mass, keep_normal, terms);
     if (near.terms_divided)
-      engines.layout.communicator().add(error.sums.data(), FrictionError::n_sums);
+      engines.layout.communicator().add(error.sums.data(), ContactError::n_sums);
     return error.relative();
   };
   StepInputs inputs;
@@ -73,7 +74,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.gravity = model.scene.gravity;
   inputs.terms = &near.terms;
   inputs.terms_at = &at;
-  if (near.any_terms) inputs.friction_at = &friction;
+  if (near.any_terms) inputs.forces_after = &forces;
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;

@@ -57,9 +57,9 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
   REQUIRE(all.size() > 64);  // more than one range of the parallel loop
   REQUIRE(whole.n_counted() == static_cast<std::int64_t>(all.size()));
   ExtraTerms all_after = all;
-  const FrictionError error =
-      whole.friction_at(Team{1}, moved, 1e-3, scene.inverse_mass, all_after);
-  FrictionError sum;
+  const ContactError error =
+      whole.forces_after(Team{1}, moved, 1e-3, scene.inverse_mass, false, all_after);
+  ContactError sum;
   BinnedSum energy;
   std::size_t counted = 0, made = 0;
   for (const IndexRange rows : {IndexRange{0, 30}, IndexRange{30, 40}, IndexRange{40, n}}) {
@@ -69,9 +69,9 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
     energy.add(part.energy());
     REQUIRE(part.size() == own.size());
     ExtraTerms own_after = own;
-    const FrictionError own_error =
-        part.friction_at(Team{1}, moved, 1e-3, scene.inverse_mass, own_after);
-    for (int s = 0; s < FrictionError::n_sums; ++s) sum.sums[s].add(own_error.sums[s]);
+    const ContactError own_error =
+        part.forces_after(Team{1}, moved, 1e-3, scene.inverse_mass, false, own_after);
+    for (int s = 0; s < ContactError::n_sums; ++s) sum.sums[s].add(own_error.sums[s]);
     std::size_t next = 0;
     for (std::size_t t = 0; t < all.size(); ++t) {
       if (!acts_on(all[t], rows)) continue;
@@ -87,7 +87,7 @@ TEST_CASE("terms made for parts of the rows are those of all rows, and each coun
   CHECK(energy.value() == whole.energy().value());
   CHECK(counted == all.size());
   CHECK(made > all.size());  // some terms act on the rows of several parts
-  for (int s = 0; s < FrictionError::n_sums; ++s)
+  for (int s = 0; s < ContactError::n_sums; ++s)
     CHECK(sum.sums[s].value() == error.sums[s].value());
   CHECK(error.relative() > 0.0);
 }

@@ -57,7 +57,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
       if (!again || terms.empty()) break;
       const Points moved = h * velocity.transpose().replicate(n, 1);
       const Vector inverse_mass = Vector::Constant(n, static_cast<double>(n) / mass);
-      if (made.friction_at(Team{1}, moved, h, inverse_mass, terms).relative() < 0.02) break;
+      if (made.forces_after(Team{1}, moved, h, inverse_mass, false, terms).relative() < 0.02) break;
     }
     last_change.topRows(n).rowwise() = (velocity - before).transpose();
     Points x1 = x + h * v;
