@@ -1,6 +1,6 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
 heaps, a pile of bodies and towels, a tight sleeve, a wrung tube, a sheet pulled far beyond its
-limits, a pushed ribbon, and magnets that clamp cloth.
+limits, a pushed ribbon, a stiff sheet pulled over an edge, and magnets that clamp cloth.
 
 certify.py counts the intersections in some of these scenes, and
 tests/python/simulation/test_extreme_scenes.py checks the motion in all of them.
@@ -351,6 +351,33 @@ def pushed(speed: float = 0.6) -> ls.Scene:
         name="table", mesh=ls.meshes.box(size=(0.3, 1.6, 0.02)).moved((0, 0.4, 0.29)), friction=0.1
     )
     return ls.Scene(cloths=[ribbon], obstacles=[table, ls.floor(height=0.0)])
+
+
+def pulled_over(friction: float = 0.0) -> ls.Scene:
+    """A stiff sheet of 36 g lies on a table, and one of its sides hangs over the edge. From rest,
+    pins pull this side downwards, and reach 0.66 m/s after 0.4 s.
+    """
+    sheet = ls.grid(size=(0.6, 0.3), cells=(16, 8)).moved((-0.25, 0, 0.004))
+    pins = np.flatnonzero(sheet.vertices[:, 0] > sheet.vertices[:, 0].max() - 1e-9)
+    times = np.linspace(0.0, 0.8, 41)
+    depth = np.where(times < 0.4, 0.825 * times**2, 0.132 + 0.66 * (times - 0.4))
+    places = sheet.vertices[pins] - depth[:, None, None] * np.array([0.0, 0.0, 1.0])
+    stiff = ROUGH.replace(weft_stiffness=1e4, warp_stiffness=1e4, shear_stiffness=3e3)
+    table = ls.meshes.box(size=(0.6, 0.6, 0.2)).moved((-0.3, 0, -0.1))
+    return ls.Scene(
+        cloths=[
+            ls.Cloth(
+                mesh=sheet,
+                material=stiff,
+                pins=list(pins),
+                script_times=list(times),
+                script_positions=places,
+                friction=friction,
+                thickness=2e-3,
+            )
+        ],
+        obstacles=[ls.obstacles.mesh(table, friction=friction)],
+    )
 
 
 def clamped(polarization: float = 1.2) -> ls.Scene:

@@ -31,6 +31,13 @@ constexpr double release_tolerance = 0.1;
 // with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and pushed cloth
 // gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
+// Energy that may vanish in a part with implicit Euler while scripts do at least as much work, as a
+// fraction of the scale of gain_tolerance or of the elastic energy, whichever is larger. The
+// accuracy multiplies this tolerance, too. Our choice: where pins pull stiff cloth over the edge of
+// a table, the fraction is up to 10 in steps of 10 ms, and the pins feel ten times the true
+// resistance. With 0.05, a pushed ribbon takes 1.3 times as many steps
+// (docs/experiments/energy.md).
+constexpr double loss_tolerance = 0.15;
 // With implicit Euler, a part is halved if everything but contacts has gained more than the
 // tolerated energy since the account began, and at least this fraction of the tolerated energy in
 // the part. Our choice: neglected strain may add a fifth of the kinetic energy to the membrane, and
@@ -110,6 +117,31 @@ double gain_at_start(const StepContext& part, const Engines& engines, const Stat
   return measured_gain(*part.start, obstacles, engines);
 }
 
+// Energies in a part [J].
+struct PartEnergies {
+  double at_start, at_end;  // gain_of() at the start and at the end
+  double by_contacts;       // energy that contacts have gained
+  double of_contacts;       // energy of contacts at the end
+};
+
+// Returns whether too much of the work that scripts did in the part has been lost, and not by
+// friction, damping, strain limits or certification. `scale` is that of gain_tolerance [J].
+bool loses_work(const StepContext& part, const PartEnergies& energies, double scale,
+                const Engines& engines, const State& state) {
+  const EnergyAccount &now = state.account, &before = part.start->account;
+  const auto known = [](const EnergyAccount& account) {
+    return account.friction + account.damping + account.limits + account.withheld;
+  };
+  const double lost =
+      energies.at_start - energies.at_end - energies.by_contacts - (known(now) - known(before));
+  const double wasted = std::min(lost, now.scripts - before.scripts);
+  const double tolerance = loss_tolerance * *engines.accuracy;
+  if (wasted <= tolerance * std::max(scale, rounding_energy(part.h, engines.model))) return false;
+  const double elastic = engines.elasticity->membrane_energy(engines.team, state.cloth.x) +
+                         engines.elasticity->bending_energy(engines.team, state.cloth.x);
+  return wasted > tolerance * (elastic + energies.of_contacts);
+}
+
 }  // namespace
 
 void begin_account(const Engines& engines, State& state) {
@@ -172,28 +204,31 @@ void report_account(const Model& model, const State& state, StepReport& report) 
       (gain + report.energy.contact - account.start_of_contacts) / account.largest_kinetic;
 }
 
-int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
+PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state) {
+  const auto created = [](int longest) {
+    return PartResult{.longest = longest, .gains_energy = true};
+  };
   if (engines.event_contacts) {
     const int least = surfaces_move(loads) ? StepPart::quarter : StepPart::least;
     const bool repeat = gained > tolerated_after_solve * state.account.largest_kinetic;
-    return repeat && part.length > least ? part.length / 2 : part.length;
+    return repeat && part.length > least ? created(part.length / 2) : PartResult{};
   }
-  if (!engines.error || !engines.contacts_in_solve || !part.halvable) return part.length;
+  if (!engines.error || !engines.contacts_in_solve || !part.halvable) return {};
   const bool squeezed = !part.automatic && surfaces_move(loads);
   const int least = squeezed ? StepPart::quarter : StepPart::least;
-  if (part.length <= least) return part.length;
+  if (part.length <= least) return {};
   const EnergyAccount& account = state.account;
   const double scale = std::max(account.largest_kinetic, near.energy);
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
   const bool pinned = pins_move(engines.model.cloth, loads);
   // Limit phases store energy that the account omits. at_limits() refers to the start of the part
   // until energy_at_end() is called.
-  const bool may_gain = (pinned || !engines.integrator->damps()) && !engines.at_limits();
+  const bool damps = engines.integrator->damps(), stores = engines.at_limits();
+  const bool may_gain = (pinned || !damps) && !stores;
   const double energy = energy_at_end(state, part.t1, engines);
   const bool moved = pinned && may_gain;
-  const bool damps = engines.integrator->damps();
-  if (!may_gain && !damps && std::max(energy, near.energy) <= tolerated) return part.length;
+  if (!may_gain && !damps && std::max(energy, near.energy) <= tolerated) return {};
   // The gain at the start is measured first, because energies at the start positions are still
   // cached.
   const double at_start = gain_at_start(part, engines, state);
@@ -207,20 +242,23 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const double most =
       (moved ? gain_tolerance : release_tolerance) *
       std::max({scale, share_of_work * work, rounding_energy(part.h, engines.model)});
-  if (in_part > *engines.accuracy * most) return std::max(least, part.length / 2);
+  const int half = std::max(least, part.length / 2);
+  if (in_part > *engines.accuracy * most) return created(half);
   const double gain = at_end - account.start_of_contacts;
   const double all_work = std::max(std::abs(account.scripts), std::abs(account.loads));
   const double most_rise =
       gain_tolerance * *engines.accuracy *
       std::max({scale, share_of_work * all_work, rounding_energy(part.h, engines.model)});
-  if (damps && gain > most_rise && in_part > share_of_rise * most_rise)
-    return std::max(least, part.length / 2);
-  if (by_contacts <= tolerated || gain + energy <= tolerated) return part.length;
+  if (damps && gain > most_rise && in_part > share_of_rise * most_rise) return created(half);
+  if (damps && part.saves_work && !squeezed && !stores && !engines.at_limits() &&
+      loses_work(part, {at_start, at_end, by_contacts, energy}, scale, engines, state))
+    return {.longest = half};
+  if (by_contacts <= tolerated || gain + energy <= tolerated) return {};
   const std::vector<double> energies =
       contact_energies(state, part.t1, engines, *engines.elasticity, &loads.x0, part.length);
   int longest = part.length;
   while (longest > least && gain + energies[longest - 1] > aim * tolerated) --longest;
-  return longest;
+  return created(longest);
 }
 
 }  // namespace loomstone

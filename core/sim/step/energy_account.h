@@ -1,6 +1,7 @@
 // Account of energy: the work of scripted motion and loads since the account began, and the losses.
 #pragma once
 
+#include "core/sim/step/bisection.h"
 #include "core/sim/step/limit_and_certify.h"
 #include "core/sim/step/work.h"
 
@@ -35,10 +36,10 @@ bool has_gained(const StepContext& part, const Engines& engines, const State& st
 // Sets the account and the balances in `report`, which must already have the energies of `state`.
 void report_account(const Model& model, const State& state, StepReport& report);
 
-// Returns the length to which the part must be shortened if more energy has been created than is
-// tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart). Checks only
-// asynchronous steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps
-// whose solve includes contacts.
+// Returns the result of an attempt at a part. If more energy has been created or lost than is
+// tolerated, it contains the length to which the part must be shortened. Checks only asynchronous
+// steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps whose solve
+// includes contacts.
 // In implicit steps, a part is halved if everything but contacts has gained too much in it, beyond
 // the work of scripts and loads, the energy that contacts have lost, and the energy that sweeps of
 // strain limiting have added. With implicit Euler, it is also halved if everything but contacts has
@@ -54,10 +55,13 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // step is not automatic and scripted surfaces move, no part is shortened to less than a quarter of
 // the step. In shorter parts, impacts between cloth and scripted surfaces that approach the cloth
 // quickly remain unresolved. know_contacts() should have been called; otherwise contacts are found
-// again. In asynchronous steps, certification creates energy if it stretches cloth at impacts that
+// again. With implicit Euler, a part is also halved if too much of the work that scripts did in it
+// has vanished, unless limit phases may store it or scripted surfaces move in given steps: the
+// plane of a contact stays the same within a part, so contacts hold back cloth that slides over an
+// edge. In asynchronous steps, certification creates energy if it stretches cloth at impacts that
 // events have missed. A part is halved if `gained`, the result of add_to_account() [J], is too
 // large, unless the part has the shortest permitted length.
-int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
+PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 
 }  // namespace loomstone

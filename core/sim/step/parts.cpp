@@ -16,6 +16,10 @@ namespace {
 // thickness in 1/64 of the largest step of 10 ms, but by 0.36 times its thickness in 1/256.
 constexpr double shortest_for_gain = 256.0;
 
+// Ratio of the largest step to the longest part that is not repeated if it loses work of scripts.
+// Our choice: shorter parts lose work, too, where a surface strikes cloth that is at rest.
+constexpr int shortest_for_loss = 16;
+
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 
 StepSpan next_span(const StepChoice& steps, Engines& engines, const State& state) {
@@ -45,6 +49,8 @@ StepContext context_of(const StepSpan& span, StepPart part, const StepChoice& st
                       (!steps.automatic || span.h > steps.largest / StepPart::whole);
   context.halvable = part.length() > StepPart::least &&
                      (!steps.automatic || span.h > steps.largest / shortest_for_gain);
+  context.saves_work = part.length() > StepPart::whole / shortest_for_loss &&
+                       (!steps.automatic || span.h > steps.largest / shortest_for_loss);
   context.seed = static_cast<std::uint64_t>(state.step) * StepPart::whole +
                  static_cast<std::uint64_t>(part.first);
   return context;

@@ -17,7 +17,7 @@ namespace loomstone {
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
 // Takes the whole step at once or in parts. A part is divided if an attempt at it fails, its error
-// is too large, or it creates too much energy (see length_without_gain()). If StepChoice::automatic
+// is too large, or it creates too much energy (see check_energy()). If StepChoice::automatic
 // is false, a part is also divided before an attempt if it is longer than stable_part() (where
 // StepChoice::stable is positive) or expected_part() allows. An automatic step that has not been
 // divided is shortened instead if its error is too large or it creates too much energy.

@@ -25,6 +25,7 @@ struct StepContext {
   // Cases in which a failed attempt at the part is repeated in shorter parts.
   bool divisible = true;   // true: repeated if the error of the attempt is too large
   bool halvable = true;    // true: repeated if it creates too much energy (implicit schemes)
+  bool saves_work = true;  // true: repeated if it loses too much of the work of scripts
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
   const SteppedState* start = nullptr;  // state at the start of the part
 };

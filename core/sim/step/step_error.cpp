@@ -99,13 +99,6 @@ PartResult shorter(const StepContext& part, const StepError& error, const Engine
   return result;
 }
 
-PartResult shortened_for_gain(int longest) {
-  PartResult result;
-  result.longest = longest;
-  result.gains_energy = true;
-  return result;
-}
-
 int expected_part(const StepContext& part, const State& state, Engines& engines) {
   if (!engines.error) return part.length;
   double share = state.cloth.expected_step / part.h;

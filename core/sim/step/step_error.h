@@ -24,10 +24,6 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // length that the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the result of an attempt that created too much energy (see length_without_gain()). To
-// avoid this, the part must be shortened to the length `longest`, in 64ths of the step.
-PartResult shortened_for_gain(int longest);
-
 // Returns the length that the error is expected to allow for the next part of a step that is not
 // automatic, in 64ths of the step (see StepPart). `part` is this next part as planned, and the
 // result is at most its length. The error is estimated from the part before it or, if there is

@@ -75,7 +75,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   Certified certified;
   StepError error;
   AfterSolve after;
-  int longest = part.length;
+  PartResult energy;
   timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
   collide(seconds.proximity, report,
           [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
@@ -107,9 +107,9 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     after.untangles = !near_.tangle.empty(), after.surfaces_move = surfaces_move(loads_);
     const PartWork work = work_of_part(part, loads_, near_, solved_, state, engines_);
     const double gained = add_to_account(work, solved_, after, engines_, state);
-    longest = length_without_gain(part, loads_, near_, gained, engines_, state);
+    energy = check_energy(part, loads_, near_, gained, engines_, state);
   });
-  if (longest < part.length) return shortened_for_gain(longest);
+  if (energy.longest < part.length) return energy;
   state.cloth.previous_step = part.h;
   timed(seconds.check, [&] { expect_part(part, error, engines_, state.cloth); });
   return certified.result;
