@@ -35,7 +35,7 @@ constexpr double share_of_work = 0.1;
 // fraction of the scale of gain_tolerance or of the elastic energy, whichever is larger. The
 // accuracy multiplies this tolerance, too. Our choice: where pins pull stiff cloth over the edge of
 // a table, the fraction is up to 10 in steps of 10 ms, and the pins feel ten times the true
-// resistance. With 0.05, a pushed ribbon takes 1.3 times as many steps
+// resistance. With 0.05, a pushed ribbon takes a tenth more steps
 // (docs/experiments/energy.md).
 constexpr double loss_tolerance = 0.15;
 // With implicit Euler, a part is halved if everything but contacts has gained more than the
