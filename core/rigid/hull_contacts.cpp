@@ -103,8 +103,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only an axis of clearly smaller overlap replaces another, so that the features that meet change
-  // rarely.
+  // Only an axis of clearly smaller overlap replaces another, so features in contact rarely change.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
