@@ -151,11 +151,7 @@ def garment(
     >>> tube.mesh.n_triangles, len(tube.openings())
     (600, 2)
     """
-    pattern = panels if isinstance(panels, Pattern) else Pattern(panels, seams)  # type: ignore[arg-type]
-    if isinstance(panels, Pattern) and seams:
-        raise InvalidInput(
-            "a Pattern has its own seams; give either a Pattern, or panels and seams"
-        )
+    pattern = _pattern(panels, seams)
     pattern.check(ease)
     spacing, count = _spacing(pattern, triangles, edge)
     pieces = cut(pattern, spacing=spacing, triangles=count, seed=seed)
@@ -168,6 +164,16 @@ def garment(
     if not allow_intersections:
         check_free(sewn)
     return sewn
+
+
+def _pattern(panels: Sequence[Panel] | Pattern, seams: Sequence[Seam | tuple[str, str]]) -> Pattern:
+    if not isinstance(panels, Pattern):
+        return Pattern(panels, seams)  # type: ignore[arg-type]
+    if seams:
+        raise InvalidInput(
+            "a Pattern has its own seams; give either a Pattern, or panels and seams"
+        )
+    return panels
 
 
 def _spacing(
