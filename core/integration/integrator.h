@@ -125,9 +125,9 @@ class Integrator {
   // of advance(), as a fraction of the step [1].
   virtual double time_of_forces() const { return 1.0; }
   // Terms of the last linear solve in the last call of advance(), if they differ from
-  // StepInputs::terms; otherwise null. Linearised schemes solve again with other friction if that
-  // of the first solve was wrong.
-  virtual const ExtraTerms* terms_of_second_solve() const { return nullptr; }
+  // StepInputs::terms; otherwise null. Linearised schemes solve again with other contact forces if
+  // those of the first solve were wrong.
+  virtual const ExtraTerms* terms_of_last_solve() const { return nullptr; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }
   // True if the scheme needs the extra terms of all rows on every rank. Otherwise a rank may omit

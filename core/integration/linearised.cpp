@@ -27,12 +27,12 @@ namespace {
 // kept. If the error of friction is below the second value, the friction of a later solve is kept.
 // Our choice. In a landing, the normal forces of the first solve can be three times as large as
 // those of the second one. With two solves at most, sheets that land on a floor have up to 3.4
-// times the friction of Coulomb's law, and with five up to 1.5 times. With 0.5 as the second value,
+// times the friction of Coulomb's law, and with five up to 1.6 times. With 0.5 as the second value,
 // a disc creeps on a turntable that it turns with.
 constexpr double force_tolerance = 0.1, force_tolerance_again = 1.0;
 constexpr int most_solves = 5;
-// Smallest tolerance of the first of two solves, which predicts the motion of contacts. Our choice:
-// friction may have an error of a tenth, so a tolerance of a hundredth is accurate enough.
+// Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
+// choice: friction may have an error of a tenth, so a tolerance of a hundredth is accurate enough.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. The tolerance is therefore relative to at least this fraction of the
@@ -59,13 +59,13 @@ class LinearisedIntegrator final : public Integrator {
   bool implicit() const override { return true; }
   Memory memory() const override {
     return {bytes_of(rhs_, rhs_with_terms_, displacement_, drift_) +
-                bytes_of(bending_, next_x_, next_v_, terms_, body_mass_),
+                bytes_of(bending_, next_x_, next_v_, terms_, next_terms_, body_mass_),
             memory_.solver_bytes(), memory_.preconditioner_bytes()};
   }
   bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   double time_of_forces() const override { return taken_ == Scheme::Midpoint ? 0.5 : 1.0; }
-  const ExtraTerms* terms_of_second_solve() const override {
+  const ExtraTerms* terms_of_last_solve() const override {
     return solved_again_ ? &terms_ : nullptr;
   }
 
@@ -229,16 +229,15 @@ class LinearisedIntegrator final : public Integrator {
     int iterations = solved.iterations;
     solved_again_ = false;
     StepInputs again = step.inputs;
-    ExtraTerms next;
     for (int solves = 1; asks && solved.converged && solves < most_solves; ++solves) {
-      next = *again.terms;
+      next_terms_ = *again.terms;
       const bool wrong =
           (*step.inputs.forces_after)(displacement_ + step.c.c_k / step.c.sigma * step.change,
-                                      step.c.time, solved_again_, next) >=
+                                      step.c.time, solved_again_, next_terms_) >=
           (solved_again_ ? force_tolerance_again : force_tolerance);
       if (wrong) {
         solved_again_ = true;
-        terms_.swap(next);
+        terms_.swap(next_terms_);
         again.terms = &terms_;
         add_terms(step, again);
       }
@@ -318,7 +317,8 @@ class LinearisedIntegrator final : public Integrator {
   SolveMemory memory_;  // reused storage; no results carry over between steps
   // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
-  ExtraTerms terms_;           // terms with the friction of the second solve
+  ExtraTerms terms_;           // terms of the last solve, if the step was solved again
+  ExtraTerms next_terms_;      // terms for another solve
   bool solved_again_ = false;  // true: the last step was solved again with terms_
   OwnRows rhs_;
   Points rhs_with_terms_, displacement_, drift_, next_x_, next_v_;

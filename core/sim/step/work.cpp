@@ -136,7 +136,7 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
   if (newton)
     terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative,
              near.terms);
-  const ExtraTerms* const again = engines.integrator->terms_of_second_solve();
+  const ExtraTerms* const again = engines.integrator->terms_of_last_solve();
   const ExtraTerms& solved = again ? *again : near.terms;
   std::vector<std::array<Vec3, 2>> terms(near.terms.size() - near.n_attachments);
   parallel_for(
