@@ -2,7 +2,8 @@
 // It fails if the solver finds no solution, if certification leaves impacts, or if strain limits
 // that are satisfied at its start are exceeded at its end. It also fails if certification and
 // fallbacks, or fallbacks alone, withhold too much motion (see PartResult). A part whose error is
-// too large, or which creates too much energy, is repeated with a shorter length.
+// too large, or which creates too much energy or loses work of scripts, is repeated with a shorter
+// length.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,7 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  int longest = StepPart::whole;    // length allowed by error and energy gain [1/64 step]
+  int longest = StepPart::whole;    // length allowed by error and energy [1/64 step]
   bool gains_energy = false;        // too much energy has been created
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification and fallbacks withheld over 10 % of the motion

@@ -150,8 +150,8 @@ bool any_terms(const NearContacts& near, const Engines& engines) {
   return near.totals.vertex_on_face || engines.layout.communicator().maximum(n_counted) > 0;
 }
 
-// Sets `forces` to the elastic and external forces on cloth in `state` (n x 3) [N]. Collective if
-// `elasticity` is divided among ranks.
+// Sets `forces` to the elastic and external forces on cloth in `state` (n x 3) [N]. Unlike in
+// pressing_forces(), no limit phase yields. Collective if `elasticity` is divided among ranks.
 void find_pressing_forces(const State& state, double time, const ContactTotals& contacts,
                           const Engines& engines, Elasticity& elasticity, Points& forces) {
   forces = Points::Zero(state.cloth.x.rows(), 3);
