@@ -16,8 +16,8 @@ struct View {
   Float4x4 projection() const;
 };
 
-// Returns the view at a time of the run [s]. `aspect` is width / height of the picture. At both
-// sides, a fitted camera leaves the fraction `legend` of the width empty.
+// Returns the view at a time of the run [s]. `aspect` is width / height of the picture. On each
+// side, a fitted camera leaves at least the fraction `legend` of the width empty.
 View make_view(const Camera& camera, double aspect, const Framing& framing, double time = 0.0,
                double legend = 0.0);
 

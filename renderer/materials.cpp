@@ -19,7 +19,8 @@ struct UvBox {
   Vec2 size() const { return high - low; }
 };
 
-// Returns the bounding box in uv of each of n surfaces, which is empty for a surface without uv.
+// Returns the bounding box in uv of each of n surfaces; `low` exceeds `high` for a surface without
+// rows in `corner_uv`.
 std::vector<UvBox> uv_boxes(const Points2& corner_uv, const std::vector<Index>& owner,
                             std::size_t n) {
   std::vector<UvBox> boxes(n);
@@ -51,7 +52,7 @@ GlObject make_image_texture(const GL& gl, const TextureImage& image, GLint wrap)
 }
 
 // Places the image of a look in uv coordinates: with its lower left corner at the origin if its
-// width is given, otherwise over the uv box if that is not empty.
+// width is given, otherwise over the uv box if that has a finite area above zero.
 void place_texture(const Look& look, const UvBox& box, Material& material) {
   if (look.texture_width > 0.0) {
     const double height = look.texture_width * look.texture->height / look.texture->width;

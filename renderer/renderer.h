@@ -14,7 +14,7 @@ namespace loomstone {
 // Curves drawn as tubes, stored one after another.
 struct Curves {
   Points points;             // (n x 3) [m]
-  std::vector<Index> first;  // (curves + 1) row of `points` where each curve starts
+  std::vector<Index> first;  // (curves + 1) first row of each curve in `points`, then n
   Vector value;              // (n) colour: 1 red, 0 yellow, -1 blue
   double radius = 0.0;       // radius of the tubes [m]
 };
@@ -49,7 +49,7 @@ class Renderer {
   // several Renderers may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,
                const std::vector<ColorRange>* values = nullptr);
-  // Returns depth, normals and numbers of the visible surfaces, without anti-aliasing.
+  // Returns the depth, normal and number of the surface at each pixel, without anti-aliasing.
   SurfaceImages surfaces(const Frame& frame, const Curves* curves = nullptr);
   const std::string& backend() const;  // "osmesa" | "egl" | "softpipe"
 

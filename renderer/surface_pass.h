@@ -1,9 +1,9 @@
 // Last pass, at full size. The backdrop and the floors have no visible edges and are drawn with one
 // sample per pixel. Bodies, curves, cloth and wireframe are drawn over them with
 // RenderOptions::samples samples per pixel, only inside their bounding rectangle in the picture.
-// Where OpenGL has only one sample per pixel (softpipe), four drawings replace several samples,
-// each shifted by the position of its sample in the pixel. In both cases, shading is evaluated at
-// the centre of the pixel.
+// Where OpenGL has only one sample per pixel (softpipe), four drawings replace several samples.
+// Each drawing is shifted by the position of one sample in the pixel. In both cases, shading is
+// evaluated at the centre of the pixel.
 #pragma once
 
 #include <vector>

@@ -2,7 +2,7 @@
 
 The cloth falls, swings through and swings back. The height that it reaches shows how much energy
 the integrator preserves. There is no damping, and collisions are off. Figure 4.1 of
-[Thomaszewski2010] shows the same motion with an unstructured mesh.
+[Thomaszewski2010] shows such a motion of a square sheet with an unstructured mesh.
 
     loomstone run scenes/swing.py --integrator implicit-midpoint
     loomstone plot out/swing --what energy

@@ -55,7 +55,7 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """Returns an integrator of the method `name`. Fields that `options` also has keep its values.
+    """Returns an integrator of the method `name`. Fields that `options` also has are copied.
 
     Raises InvalidInput for an unknown method.
     """

@@ -177,7 +177,7 @@ def growth(scenes: ModuleType, sizes: list[int], seconds: float) -> None:
         "us a triangle  bytes a triangle"
     )
     for cells in sizes:
-        # The gap and both given speeds are proportional to the cell size.
+        # The gap, the speed of compression and the random speed are proportional to the cell size.
         x0, x1, triangles = scenes.folded(cells, 0.12 / cells, 8, 120 / cells, 12 / cells, 1)
         detector = Detector(triangles, threads=1)
         start = milliseconds(1)

@@ -230,8 +230,8 @@ def read_damaged(place: Path, reader: str, seed: int) -> str:
 
 
 def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
-    """Runs trials in child processes. A crash, a trial longer than `seconds` [s] or an allocation
-    beyond 4 GiB ends only the child.
+    """Runs trials in child processes with an address space of at most 4 GiB. A crash, or a trial
+    that takes longer than `seconds` [s], ends only the child.
 
     Yields each seed with "read", "refused" or what went wrong. A child runs this file with
     `arguments`, followed by seeds, and prints a line for each seed.

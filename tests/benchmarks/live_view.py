@@ -4,9 +4,10 @@ open in a headless Chromium.
     python tests/benchmarks/live_view.py [--triangles 3600 --threads 0 --spans 3 --span 10]
 
 The simulation starts after the page has been drawn a few times, because a browser needs seconds to
-compile the shaders. Every line shows one span of elapsed time. Chromium draws without a GPU here,
-so its threads compete with the simulation for the processors. The last two columns show the
-processor time of the simulation and of Chromium per second.
+compile the shaders. Every line shows one span of elapsed time, but its first two columns are means
+over at most the last 10 s. Chromium draws without a GPU here, so its threads compete with the
+simulation for the processors. The last two columns show the processor time of the simulation and of
+Chromium per second.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ TEST_CASE("random stars are covered once in any plane") {
 TEST_CASE("an outline that crosses itself gives no triangles, and an error for several polygons") {
   const std::vector<Vec3> crossed = {{0, 0, 0}, {3, 0, 0}, {1, 1, 0}, {2, 1.2, 0}, {0, -1, 0}};
   CHECK(split_polygon(crossed).empty());
-  CHECK(split_polygon({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).empty());      // of area zero
+  CHECK(split_polygon({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).empty());      // signed area 0
   CHECK(split_polygon({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}).size() == 2);  // on a line
   Points corners(8, 3);
   corners << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 3, 0, 0, 1, 1, 0, 2, 1.2, 0, 0, -1, 0;

@@ -76,7 +76,7 @@ TEST_CASE("a triangle that repeats a vertex or lies on a line is named as having
   Square square;
   CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 2, 2, 3)),
                     Contains("triangle 2") && Contains("(2, 2, 3)") && Contains("zero area"));
-  // Vertices 0, 4 and 5 are collinear up to rounding.
+  // Vertices 0, 4 and 5 are collinear.
   const Points more = with_row(with_row(square.vertices, 0.1, 0.3, 0.0), 0.2, 0.6, 0.0);
   CHECK_THROWS_WITH(TriangleMesh(more, with_row(square.triangles, 0, 4, 5)),
                     Contains("triangle 2 has zero area") && Contains("(0, 4, 5)"));

@@ -172,8 +172,8 @@ TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and ke
 }
 
 TEST_CASE("a ball that passes others closely is not slowed down by them") {
-  // The balls pass at a gap of 0.3 mm. If contacts replaced the other ball by a tangent plane, the
-  // moving ball would be slowed down.
+  // The balls pass at a gap of 0.3 mm. If contacts replaced the ball at rest by a tangent plane,
+  // the moving ball would be slowed down.
   RigidWorld world(
       {ball_at(Vec3(-0.02, 0.0103, 0), Vec3(2, 0, 0)), ball_at(Vec3::Zero(), Vec3::Zero())}, {},
       Vec3::Zero());

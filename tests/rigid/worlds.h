@@ -1,4 +1,4 @@
-// Bodies and worlds shared by several test files.
+// Helpers that several test files share: bodies, obstacles, and steps of a world.
 #pragma once
 
 #include <memory>

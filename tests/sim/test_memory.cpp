@@ -107,9 +107,9 @@ TEST_CASE("the memory of elements, matrix and solver falls with the number of ra
     CHECK(fraction(part, four) < 0.4);
   }
   // A rank stores the boxes of the features that it compares, and its neighbour lists. How many
-  // boxes and lists it stores depends on measured times. Every rank stores the clusters of all
-  // surfaces and some vectors of all rows. The measured fractions on four ranks are 0.72 for
-  // hierarchies and 0.4 for lists.
+  // boxes and lists it stores depends on measured times, by which ranks divide this work. Every
+  // rank stores the clusters of all surfaces and some vectors of all rows. The measured fractions
+  // on four ranks are 0.72 for hierarchies and 0.4 for lists.
   CAPTURE(four["hierarchies"], one["hierarchies"], four["neighbour_lists"], one["neighbour_lists"]);
   CHECK(static_cast<double>(four["hierarchies"]) < 0.82 * static_cast<double>(one["hierarchies"]));
   CHECK(static_cast<double>(four["neighbour_lists"]) <

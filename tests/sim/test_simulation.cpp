@@ -241,8 +241,9 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   Simulation sim(scene, o, 1);
   for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
   CHECK(sim.state().rigid.velocities.norm() < 1e-3);
-  // The nominal stress lambda E (lambda^2 - 1)/2 equals m g / width. The mass m is that of the
-  // body and half of the strip; half of the strip has 1/200 of the body's mass.
+  // The nominal stress lambda E (lambda^2 - 1)/2, with the stretch lambda and the stiffness E,
+  // equals m g / width. The mass m is that of the body and half of the strip; half of the strip has
+  // 1/200 of the body's mass.
   const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
   double lambda = 1.0;
   for (int k = 0; k < 50; ++k)

@@ -12,8 +12,8 @@
 
 namespace loomstone::test {
 
-// Orders vertices by graph bisection, and triangles by the smallest index of their vertices.
-// Replaces the vertex indices in `marked` by the new ones.
+// Returns the mesh with its vertices ordered by graph bisection, and its triangles by the smallest
+// new index of their vertices. Replaces the vertex indices in `marked` by the new ones.
 inline TriangleMesh ordered(const TriangleMesh& mesh, std::vector<Index>& marked) {
   const Incidence neighbours = vertex_graph(mesh.n_vertices(), mesh.triangles());
   const std::vector<Index> order = bisection_order({neighbours.start, neighbours.items});

@@ -23,7 +23,7 @@ struct Loads {
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
   // (2 b x 3) velocities predicted for the end of the part, without the effects of cloth and of
-  // contacts [m/s, rad/s]
+  // contacts and, if there is no cloth, also without magnetic forces [m/s, rad/s]
   Points body_velocity;
   Points body_angular_velocity;  // (b x 3) angular velocities at the start [rad/s]
   // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the

@@ -12,8 +12,8 @@ namespace {
 
 // Fraction of the forces of limit phases that counts as pressing cloth against other surfaces; see
 // contact_stiffness(). Our choice. Without these forces, contacts are too soft: a body that is much
-// heavier than the cloth passes them, and certification stretches the cloth beyond its limits,
-// which then throw the body back. In one step, limit phases can exert forces that are much larger
+// heavier than the cloth pushes through them, and certification stretches the cloth beyond its
+// limits, which then throw the body back. In a step, limit phases can exert forces much larger
 // than the load. If all of these counted, contacts would push cloth beyond its limits. With 0.001,
 // no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic steps and in
 // steps of 1 to 10 ms (docs/experiments/strain_limits.md).
@@ -66,8 +66,8 @@ VertexVelocities expected_change(const StepContext& part, const State& state, co
 
 // Adds a stiff two-way spring between each attached vertex and its point on the body. In parts that
 // are shorter than the time in which strains recover (see recovery_rate()), the spring is viscous,
-// too. Otherwise, a vertex that rotation or contacts have moved away from its point would return to
-// it within such a part, and would get a large velocity.
+// too. Without viscosity, a vertex that rotation or contacts have moved away from its point would
+// return to it within such a part, and would get a large velocity.
 void add_attachments(const StepContext& part, const Engines& engines, const State& state,
                      ExtraTerms& terms) {
   const Model& model = engines.model;
@@ -129,9 +129,9 @@ void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engi
       forces.row(v) += share_of_limit_forces * of_limits.row(v);
 }
 
-// Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
-// if no contact is closer than half its thickness. contact_stiffness(), which reads them, stiffens
-// no contact if there are no rows.
+// Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], including
+// those of add_limit_forces(), or no rows if no contact is closer than half its thickness.
+// contact_stiffness(), which reads them, stiffens no contact if there are no rows.
 Points pressing_forces(const Loads& loads, const NearContacts& near, Engines& engines) {
   const ContactTotals& contacts = near.totals;
   if (!contacts.pressed) return Points(0, 3);
@@ -150,8 +150,9 @@ bool any_terms(const NearContacts& near, const Engines& engines) {
   return near.totals.vertex_on_face || engines.layout.communicator().maximum(n_counted) > 0;
 }
 
-// Sets `forces` to the elastic and external forces on cloth in `state` (n x 3) [N]. Unlike in
-// pressing_forces(), no limit phase yields. Collective if `elasticity` is divided among ranks.
+// Sets `forces` to the elastic and external forces on cloth in `state` (n x 3) [N], including those
+// of add_limit_forces(). Unlike in pressing_forces(), no limit phase yields. Collective if
+// `elasticity` is divided among ranks.
 void find_pressing_forces(const State& state, double time, const ContactTotals& contacts,
                           const Engines& engines, Elasticity& elasticity, Points& forces) {
   forces = Points::Zero(state.cloth.x.rows(), 3);

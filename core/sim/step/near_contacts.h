@@ -17,8 +17,8 @@ struct NearContacts {
   std::vector<Contact> repelled;  // contacts that receive impulses after the solve
   // Vertices of the contacts at the start, if the integrator handles contacts at events.
   std::vector<std::array<Index, 4>> touching;
-  // Terms of contacts, of intersections to untangle, and of attachments, in this order. Contacts
-  // that act on no row of this rank may be omitted.
+  // Terms of contacts, of intersections to untangle, and of attachments, in this order. Terms of
+  // contacts that act on no row of this rank may be omitted.
   ExtraTerms terms;
   bool terms_divided = false;  // true: each rank has the terms of its rows
   bool any_terms = false;      // some rank has terms of contacts
@@ -54,9 +54,9 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);
 
-// Returns, for each collision surface, 1 if it is a body or a cloth that bodies load: a cloth to
-// which a body is attached, or which a body touches directly or through other cloth. All other
-// entries are 0.
+// Returns, for each collision surface, 1 if it is a body or a cloth that bodies load: a cloth that
+// is attached to a body, or that touches a body or such a cloth, directly or through other cloth.
+// All other entries are 0.
 std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTotals& contacts);
 
 // Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.

@@ -28,19 +28,19 @@ constexpr double safety = 0.8;
 // ClothState::settled_step). Our choice.
 constexpr double growth = 1.5, slow_growth = 1.25, growth_to_settled = 2.0;
 // Largest Damping::rate in automatic steps of implicit Euler [1/s], if the accuracy is 1. Our
-// choice. This bound does not shorten steps below three tenths of the largest step, because other
-// motion, such as that of snapping wrinkles, should lose its energy.
+// choice. This bound does not shorten steps below three tenths of the largest step, because motion
+// that would need shorter steps, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 // Steps whose Damping::rate exceeds this fraction of the bound grow by at most
-// `slow_growth`. Our choice: Damping::rate shows the energy of vibrations that long steps excite
+// `slow_growth`. Our choice: long steps excite vibrations, but Damping::rate shows their energy
 // only one or two steps later. At the faster growth, the lengths of steps oscillate between 3 and
 // 10 ms in swings of soft sheets, which lose up to a third of their energy on the way down.
 constexpr double slow_growth_share = 0.1;
 // Tolerated product of Damping::rate and the length of a part, in steps of given length with an
 // accuracy of 1. Parts are not divided for this if they are shorter than the second number times
 // Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
-// of 10 ms then reaches the bottom at most 2.2 % too late, and not 8 %. Gentle motion in steps of
-// 4 ms is not divided into more parts.
+// of 10 ms then reaches the bottom at most 2.2 % too late, instead of 8 % without this bound. The
+// bound does not divide steps of 4 ms in gentle motion.
 constexpr double removal_tolerance = 5e-4, least_of_fall_time = 0.019;
 
 // Upper limit of automatic steps while strain limits are forced (see NearContacts::forced), as a

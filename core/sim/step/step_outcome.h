@@ -23,12 +23,13 @@ struct StepOutcome {
   StepReport report;
   SteppedState start;  // state at the start of the step; frames within the step interpolate from it
   std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
-  // (n) cloth vertices, 1: in contact, 2: in a triangle that is forced to intersect, 0: neither
+  // (n) cloth vertices, 1: in contact, 2: in a triangle of `forced`, 0: neither
   std::vector<std::uint8_t> contact;
   // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
   // triangle indices, in descending order of excess.
   std::vector<BrokenLimit> broken;
-  // Pairs of triangles that are forced to intersect, as indices into the triangles of all surfaces.
+  // Pairs of triangles that intersect at the end of the step, as indices into the triangles of all
+  // surfaces. Set from a step that leaves impacts unresolved until no pair intersects.
   std::vector<std::array<Index, 2>> forced;
 };
 
@@ -61,8 +62,9 @@ RankReport summary_of(const Communicator& ranks, const RankWork& own);
 // Summarises the times for which threads were busy [s].
 ThreadReport summary_of(const std::vector<double>& busy);
 
-// Undoes an attempt. Its run times, its numbers of iterations, and the numbers of evaluations,
-// sweeps, rounds and fallbacks of its strain limiting remain in the report.
+// Undoes the changes that an attempt made to `outcome`. Its run times, its numbers of iterations,
+// and the numbers of evaluations, sweeps, rounds and fallbacks of its strain limiting remain in the
+// report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -29,7 +29,8 @@ class UserWrites {
   void check(const Model& model, const State& state) const;
   // If users have written anything on any rank, gathers every row from the rank that owns it, and
   // broadcasts overrides, poses, the target time, and the forces and torques on bodies from rank 0.
-  // Returns the Kind that counts for the data written on all ranks, and forgets it. Collective.
+  // If watching(), Table always counts as written. Returns the Kind that counts for the data
+  // written on all ranks, and forgets it. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // must be called after the state is replaced
   std::size_t bytes() const { return bytes_of(x_, v_); }

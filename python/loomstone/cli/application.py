@@ -87,7 +87,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     in one line. The exit code is then 2 for a WrongCommand, and 1 for the others. If one rank
     raises such an error, or an unexpected exception, all ranks end. If the reader of a pipe has
     closed it, the command ends with exit code 1 and without a message. Ctrl-C ends it with exit
-    code 130, or 1 if it is the second one that a run gets.
+    code 130, or with 1 if a signal has already asked a run to end.
     """
 
     def fail(message: str, code: int = 1) -> NoReturn:

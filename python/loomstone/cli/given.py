@@ -1,4 +1,4 @@
-"""Checks of options about time steps and frames, before a scene is read, and their use."""
+"""Checks options of runs before the scene is read, and applies those that change the integrator."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ __all__ = ["check_decomposition", "check_given", "integrator_of"]
 def check_given(
     *, duration: float | None, rate: float | None, step: str | None, integrator: str | None
 ) -> None:
-    """Raises WrongCommand for values that no scene allows; None stands for those of the scene."""
+    """Raises WrongCommand for values that no scene allows; None stands for the scene's value."""
     with command_line():
-        # Without one of them, the product of duration and rate is not known, so it is almost 0.
+        # If the duration or the rate is not given, the substitute makes their product almost 0, so
+        # that only the given value is checked.
         frame_count(0.0 if duration is None else duration, 1e-300 if rate is None else rate)
         if integrator is not None:
             check_method(integrator, "--integrator")

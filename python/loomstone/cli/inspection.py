@@ -149,7 +149,7 @@ def check_scene(file: SceneFile, picture: Path | None) -> bool:
     """Prints sizes and intersections of a scene; returns whether it can be run.
 
     A scene cannot be run if cloth intersects a surface or lies inside a closed one at the start,
-    unless the scene allows this. Other faults raise an error.
+    unless the scene allows this or has no collisions. Other faults raise an error.
 
     picture : path where a picture of the initial state is written, or None
     """

@@ -55,7 +55,8 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
 
     names : names or paths of the parts that are used; None: all
 
-    Raises InvalidInput if `names` is empty or contains an unknown or ambiguous name.
+    Raises InvalidInput if `names` is empty or contains an unknown or ambiguous name, or if some
+    parts have texture coordinates and others do not.
     """
     chosen = parts
     if names is not None:

@@ -19,7 +19,8 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
     """Writes each surface in the first frame as NAME.obj with its materials, and the motion of each
     surface that moves as NAME.pc2 or NAME.mdd.
 
-    The vertices of both files have the order of the run. Returns the paths of all files.
+    NAME is the identifier of the surface. The vertices of both files have the order of the run.
+    Returns the paths of all files.
     """
     written = []
     with ExitStack() as open_files:

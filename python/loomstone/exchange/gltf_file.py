@@ -118,7 +118,10 @@ class GltfFile:
 
 
 def attributes_of(item: Any) -> dict[str, int | None]:
-    """Returns the accessors of the attributes of a primitive or of a morph target."""
+    """Returns the index of the accessor of each attribute of a primitive or morph target, by name.
+
+    An attribute without an accessor has None or no entry.
+    """
     return item if isinstance(item, dict) else vars(item)
 
 

@@ -28,7 +28,7 @@ _hints: Any = cache(get_type_hints)
 
 
 def check_types(path: Path, content: Any) -> None:
-    """Raises CacheError for the first value that is missing or has another type than in pygltflib.
+    """Raises CacheError for the first value that is missing or not of the type in pygltflib.GLTF2.
 
     content : pygltflib.GLTF2
     """

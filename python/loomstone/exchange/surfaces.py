@@ -113,7 +113,7 @@ def texture_at_vertices(surface: Surface) -> Bytes | None:
 
 
 def vertex_colors(surface: Surface) -> Bytes:
-    """Returns colours (n x 3) of the vertices in sRGB.
+    """Returns the sRGB colours (n x 3) of the vertices.
 
     Without a texture, the colour of a vertex is the mean of the colours of its triangles. This mean
     is taken in linear RGB.
@@ -222,7 +222,7 @@ def _rows(owner: NDArray[Any], index: int) -> slice:
 
 
 def uv_table(triangles: Indices, corner_uv: Floats) -> tuple[Floats, Indices]:
-    """Returns a table of uv (k x 2) and, for the corners of each triangle, its rows (m x 3).
+    """Returns a table of uv (k x 2), and the table's row for each corner of the triangles (m x 3).
 
     Corners of the same vertex with the same uv share a row. The rows are ordered by vertex.
     """

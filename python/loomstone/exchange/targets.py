@@ -67,8 +67,9 @@ def unfinished_directory(directory: Path) -> Iterator[Path]:
 
 
 def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> None:
-    """Removes the files of an earlier export. File names consist of a name and a suffix, possibly
-    with a number between them: "dress.obj" and "dress-00012.obj" for "dress" and ".obj".
+    """Removes the files of an earlier export from `directory`. Their names consist of one of
+    `names` and one of `suffixes`, possibly with a number between them: "dress.obj" and
+    "dress-00012.obj" for "dress" and ".obj".
     """
     wanted = re.compile(
         rf"({'|'.join(map(re.escape, names))})(-\d+)?({'|'.join(map(re.escape, suffixes))})"

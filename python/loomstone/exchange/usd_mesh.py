@@ -24,7 +24,7 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
     code : time code; None: the default value
     kind : type of the entries
 
-    Raises InvalidInput if the value is no array of this type.
+    Raises InvalidInput if the value is not an array of this type.
     """
     value = None
     if attribute:
@@ -44,8 +44,8 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
 def mesh_part(
     path: Path, mesh: Any, place: Callable[[float], Floats], codes: Floats, *, with_uv: bool
 ) -> Part:
-    """Returns the instances of a mesh at time codes, with texture coordinates if `with_uv` is set
-    and it has any.
+    """Returns the instances of a mesh at time codes as one part. If `with_uv` is set, it has the
+    texture coordinates of the mesh, if there are any.
 
     place : function from a time code to matrices (k x 4 x 4), one per instance, that map points (as
         rows) to metres with z up
@@ -92,7 +92,7 @@ def _points(where: str, mesh: Any, code: float) -> Floats:
 
 
 def _moved(points: Floats, matrices: Floats) -> Floats:
-    """Returns the points (n x 3) of all instances, one after the other (k n x 3)."""
+    """Returns the points of all k instances, one instance after the other (k n x 3)."""
     return np.asarray((points @ matrices[:, :3, :3] + matrices[:, 3:, :3]).reshape(-1, 3))
 
 
@@ -115,7 +115,7 @@ def _corner_uv(where: str, mesh: Any, corners: Indices, points: int, code: float
 
 
 def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: Floats) -> Indices:
-    """Splits polygons into triangles (m x 3), whose entries are rows of `corners`.
+    """Splits polygons into triangles (m x 3), whose entries are indices into `corners`.
 
     points : (n x 3) points in the first frame
     """

@@ -1,4 +1,4 @@
-"""Finds the visible meshes of a USD stage and their places, also those that are instanced.
+"""Finds the visible meshes of a USD stage, also instanced ones, and their places.
 
 A place is a function from a time code to matrices (k x 4 x 4), one per instance, that map points
 (as rows) of the mesh to metres with z up. Instances are those of PointInstancer; instances of
@@ -26,7 +26,7 @@ Place = Callable[[float], Floats]
 def placed_meshes(
     path: Path, stage: Any, to_metres: Floats, first_code: float
 ) -> tuple[list[tuple[Any, Place]], list[str]]:
-    """Returns the visible meshes with their places, and other visible shapes, for messages.
+    """Returns visible meshes with their places, and the paths and types of other visible shapes.
 
     to_metres : (4 x 4) maps points (as rows) of the stage to metres with z up
     first_code : time code at which instances are chosen
@@ -43,7 +43,7 @@ class _Search:
     def __init__(self, path: Path, stage: Any, first_code: float) -> None:
         self._path, self._stage, self._first_code = path, stage, first_code
         self._usd, self._geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
-        self.left_out: list[str] = []  # paths and types of visible shapes that are no meshes
+        self.left_out: list[str] = []  # paths and types of visible shapes that are not meshes
         self._anywhere = self._usd.PrimIsActive & self._usd.PrimIsLoaded  # also overs and classes
         proxies = self._usd.TraverseInstanceProxies(self._anywhere)
         every = self._usd.PrimRange(stage.GetPseudoRoot(), proxies)
@@ -51,9 +51,9 @@ class _Search:
         self._prototypes = {target for prim in instancers for target in _prototypes(prim)}
 
     def below(self, root: Any, place_of: Callable[[Any], Place]) -> Iterator[tuple[Any, Place]]:
-        """Yields the visible meshes in the tree of `root`, also those that it instances.
+        """Yields the visible meshes in the tree of `root`, also instanced ones, with their places.
 
-        Prototypes of instances are meshes only where they are instanced.
+        Prototypes are included only where they are instanced.
         """
         geometry = self._geometry
         for prim in self._visible(root):
@@ -105,7 +105,7 @@ class _Instances:
         self._instancer, self._number, self._prototypes = instancer, number, prototypes
 
     def chosen(self, code: float) -> Any:
-        """Returns whether each instance of the instancer shows the prototype."""
+        """Returns, for each instance of the instancer, whether it shows the prototype."""
         attribute = self._instancer.GetProtoIndicesAttr()
         indices = array_of(self._where, attribute, code, int).ravel()
         if np.any((indices < 0) | (indices >= self._prototypes)):
@@ -144,7 +144,7 @@ def _in_prototype(
 ) -> Callable[[Any], Place]:
     """Returns a function that gives the place of a prim in the instances of a prototype.
 
-    place : that of the instancer
+    place : place of the instancer
     """
     cache = imported("pxr.UsdGeom", "usd").XformCache
 

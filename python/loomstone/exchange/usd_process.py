@@ -68,7 +68,8 @@ def serve() -> None:
 
     The last argument of the process is a JSON list: the path of the USD file, the path to show in
     errors, the arguments `rate`, `moving` and `with_uv` of read_usd(), and the path of the .npz
-    file to which serve() writes the parts and the times of their frames, or the error.
+    file to which serve() writes the parts, the times of their frames and the warnings, or the
+    error.
     """
     path, shown, rate, moving, with_uv, result = json.loads(sys.argv[-1])
     try:

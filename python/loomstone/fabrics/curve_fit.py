@@ -48,11 +48,12 @@ def fit(
 ) -> Fabric:
     """Returns a Fabric whose stiffness and limits are fitted to measured curves.
 
-    curves : curves by name: "weft", "warp", "shear" and, if strips were bent, "bending_weft",
-        "bending_warp" and "bending_bias". Each is a pair (strain, load) of arrays of equal length,
-        or an (n x 2) array. Weft and warp: strain [1], load per width [N/m]. Shear: engineering
-        shear [1] or angle (ls.units["deg"]), load per width [N/m]. Bending: curvature [1/m], moment
-        per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
+    curves : curves by name: "weft", "warp", "shear" and, if strips were bent, "bending_weft" and
+        "bending_warp", with or without "bending_bias". Each is a pair (strain, load) of arrays of
+        equal length, or an (n x 2) array. Weft and warp: strain [1], load per width [N/m]. Shear:
+        engineering shear [1] or angle (ls.units["deg"]), load per width [N/m]. Bending: curvature
+        [1/m], moment per width [N]. Arrays may carry units: (ls.units["%"] * strain,
+        ls.units["gf/cm"] * load).
     density : mass per area [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
     shear_limit : largest shear strain e12 [1]; None: the strain at which the shear curve reaches

@@ -20,7 +20,8 @@ class ModeFit:
 
     stiffness : stiffness [N/m], or bending rigidity [N m]
     limit : strain limit [1]: e12 for shear, inf for bending
-    misfit : root mean square deviation from the curve, relative to its largest load [1]
+    misfit : root mean square deviation from the curve up to the limit, relative to the largest load
+        in this range [1]
     points : number of points of the curve that were used
     """
 

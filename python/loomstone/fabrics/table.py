@@ -116,7 +116,8 @@ _NEGATIVE = "the fit's negative coupling is taken as 0"
 def _bending(warp: float) -> tuple[float, float, float]:
     """Returns the rigidities of strips along weft, along warp and on the bias [N m].
 
-    warp : median rigidity along warp of measured fabrics with the fabric's weight per area [N m]
+    warp : median rigidity along warp of the fabrics in [Feng2022] that weigh as much per area as
+        this one [N m]
     """
     return 0.6354 * warp, warp, 0.8316 * warp
 

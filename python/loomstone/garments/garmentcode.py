@@ -3,7 +3,7 @@
 The format is that of [Korosteleva2023]. The unit of length is (1 / units_in_meter) m, y points up,
 and rotations are in degrees about the fixed axes x, y and z, in this order. Control points of
 curved edges are relative to the chord, unless the file sets curvature_coords to "absolute". No code
-of that project is used or needed.
+of GarmentCode is used or needed.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ class Panel:
 
 
 def _loop(where: str, edges: Edge | Sequence[Edge]) -> tuple[Edge, ...]:
-    """Returns the edges of a loop. Raises InvalidInput if there are none, or anything else."""
+    """Returns the edges of a loop. Raises InvalidInput if it is empty or contains other objects."""
     loop = (edges,) if isinstance(edges, Edge) or not np.iterable(edges) else tuple(edges)
     if not loop or not all(isinstance(edge, Edge) for edge in loop):
         raise InvalidInput(

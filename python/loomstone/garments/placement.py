@@ -84,7 +84,7 @@ class Cone:
         below 1 [1]
     angle_degrees : angle from +x at which the panel's vertical line through the apex is placed
 
-    The cone opens downward if the panel lies below its apex, and otherwise upward.
+    The cone opens downward if the panel lies below `apex`, and otherwise upward.
     """
 
     apex: tuple[float, float]

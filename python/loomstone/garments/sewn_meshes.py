@@ -89,7 +89,7 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
 def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, NDArray[np.bool_]]:
     """Returns, for every interior edge, its two half-edges and whether their uv differ.
 
-    Half-edge c * m + t starts at corner c of triangle t.
+    Half-edge c * m + t starts at corner c of triangle t, where m is the number of triangles.
     """
     m = len(triangles)
     half = np.concatenate([triangles[:, [c, (c + 1) % 3]] for c in range(3)])

@@ -42,7 +42,7 @@ def tshirt(
     The hem lies near z = 0, and the front faces -y.
 
     triangles : total number of triangles; the result may differ from it slightly
-    chest : circumference of the chest [m]
+    chest : circumference of the T-shirt at the chest [m]
     length : length from the neck end of the shoulder seam to the hem [m]
     sleeve : length of the sleeve below the armhole [m]
     seed : seed of the triangulation

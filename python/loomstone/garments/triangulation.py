@@ -148,8 +148,8 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
     random = np.random.default_rng(seed)
     low, size = boundary.points.min(0), np.ptp(boundary.points, axis=0)
     # The area per point of a hexagonal lattice is 0.866 of the squared spacing. A boundary point
-    # counts as half a point. The factor 1.1 makes the first lattice coarser. The loop refines it
-    # until there are enough points.
+    # counts as half a point. The factor 1.1 makes the first lattice too coarse, and the loop
+    # refines it until there are enough points.
     spacing = np.sqrt(boundary.area / max(1.0, interior + len(boundary) / 2) / 0.866) * 1.1
     clearance = CLEARANCE
     found = np.empty((0, 2))

@@ -215,8 +215,8 @@ def plot_curve(
     """Plots force against distance or torque against angle.
 
     Components that stay below 1e-3 of the largest one are omitted. Returns the path of the picture.
-    Raises InvalidInput for a kind other than "force" and "torque", CacheError if the picture cannot
-    be written, and Unsupported without matplotlib.
+    Raises InvalidInput for an empty curve or a kind other than "force" and "torque", CacheError if
+    the picture cannot be written, and Unsupported without matplotlib.
     """
     if kind not in ("force", "torque"):
         raise InvalidInput(f"kind must be force or torque, got {kind!r}")

@@ -4,8 +4,9 @@
 or, with quantity="H" (except dipole_field), field strength H [A/m]. `*_gradient` returns (n, 3, 3),
 where [k, i, j] = mu0 dH_i/dx_j [T/m] at observers[k], which equals dB_i/dx_j away from surfaces and
 currents. The argument threads, the values on surfaces, edges and wires, and the errors raised are
-those of `loomstone.magnetics.field`. The rounding error of a polyline grows with distance / size,
-because the fields of its segments cancel. Equation numbers refer to [Thomaszewski2010].
+those of `loomstone.magnetics.field`. The relative rounding error of the field of a polyline grows
+with distance / size, because the fields of its segments cancel. Equation numbers refer to
+[Thomaszewski2010].
 
 >>> from loomstone import magnetics
 >>> b = magnetics.dipole_field([[0, 0, 0]], [[0, 0, 1.0]], [[0, 0, 1.0], [1.0, 0, 0]])

@@ -18,7 +18,7 @@ def convex_parts(
 
     The decomposition is that of CoACD (Wei and others, 2022).
 
-    threshold : largest concavity of a part relative to its size [1], 0.01 to 1
+    threshold : largest concavity of a part relative to the size of `mesh` [1], 0.01 to 1
     seed : seed of the tree search
 
     The result depends on the version of coacd. To repeat a run on another machine, save the parts

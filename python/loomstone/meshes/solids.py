@@ -49,7 +49,8 @@ def funnel(
 ) -> TriangleMesh:
     """Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m].
 
-    A cone from top_radius at z = height to bottom_radius at z = 0 continues as a tube below.
+    Its inner surface is a cone from top_radius at z = height to bottom_radius at z = 0, which
+    continues as a tube below.
     """
     return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
 

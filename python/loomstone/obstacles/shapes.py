@@ -228,7 +228,8 @@ def funnel(
 ) -> Obstacle:
     """Funnel whose walls have a thickness `wall`; lengths in [m].
 
-    A cone of height `height` stands on a tube of length `tube_length`.
+    A cone of height `height` stands on a tube of length `tube_length`. The radii are those of the
+    inner surface.
 
     centre : position of the centre of the circle in which cone and tube meet [m]
     """

@@ -101,8 +101,11 @@ def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], titl
 def _title_lines(title: str, room: float, size: float) -> tuple[list[str], float]:
     """Returns the lines of a title and its font size, so that no line is longer than `room`.
 
-    All are in [pixels]. Lines are divided at spaces. If a word is still too long, the font becomes
-    smaller, but not smaller than 8 pixels.
+    Lines are divided at spaces. If a word is still too long, the font becomes smaller, but not
+    smaller than 8 pixels.
+
+    room : largest length of a line [pixels]
+    size : preferred font size [pixels]
     """
     from PIL import ImageFont
 

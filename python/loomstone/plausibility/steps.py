@@ -10,7 +10,10 @@ __all__ = ["of_steps"]
 
 
 def of_steps(simulation: Any) -> list[str]:
-    """Returns a sentence if an explicit scheme has a given step above its stability limit."""
+    """Returns one sentence if an explicit scheme has a fixed step above its stability limit.
+
+    The list is empty otherwise, and always if no vertex of cloth moves freely.
+    """
     integrator = simulation.integrator
     if not isinstance(integrator, (ExplicitEuler, SymplecticEuler)) or integrator.step == "auto":
         return []

@@ -68,10 +68,11 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 
 
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
-    """Returns the pairs of overlapping surfaces in which at least one surface moves freely.
+    """Returns pairs of indices of overlapping surfaces, at least one of which moves freely.
 
     Two surfaces overlap if they intersect both at full size and after shrinking by SHRINKAGE, or if
-    a closed one contains the other.
+    a closed one contains the other. Intersections are sought among the first MOST_TESTED surfaces
+    whose bounding boxes overlap others.
     """
     if not any(surface.free for surface in surfaces):
         return []

@@ -46,7 +46,7 @@ def execute(
 
     All ranks must call this function. Only rank 0 writes files, and only its report contains values
     computed from them. Raises Interrupted if a signal ends the run, and CacheError if another
-    process writes the directory.
+    process writes a run into the directory.
 
     control : function called with the simulation before every step
     farewell : sentence that is printed if the process of rank 0 ends early after the run has begun;
@@ -93,7 +93,7 @@ def execute(
 
 
 def _check_control(directory: Path) -> None:
-    """Raises CacheError if a run with a control function would be continued without one."""
+    """Raises CacheError if a run, now continued without a control function, began with one."""
     if (directory / "run.vtkhdf").exists() and Run(directory).metadata.get("control", False):
         raise CacheError(
             f"{directory}: was run with a control function; give the same one, or one that does"
@@ -102,7 +102,9 @@ def _check_control(directory: Path) -> None:
 
 
 def _of_this_process(seconds: float, steps: int) -> dict[str, Any]:
-    """Returns what report.json says about this process; `finish` adds the wall time of others."""
+    """Returns the part of the report about this process, before Writer.finish() adds to it the wall
+    time of the earlier processes of the run.
+    """
     return {
         "wall_seconds": seconds,
         "wall_seconds_of_this_process": seconds,

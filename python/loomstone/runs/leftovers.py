@@ -14,10 +14,10 @@ _OF_PICTURES = {"options.json", "unfinished-options.json"}
 
 
 def leftovers(directory: Path) -> set[str]:
-    """Returns the names in a directory that a run has left which has saved nothing.
+    """Returns the names of the entries of a directory that are left from a run that saved nothing.
 
-    There are none if the directory has a run.vtkhdf. If there is an unfinished run.vtkhdf, a
-    directory frames/ with the options of pictures, but no pictures, is one of them.
+    There are none if the directory has a run.vtkhdf. If it has a run.vtkhdf.part, its bodies.vtkhdf
+    and a directory frames/ with the options of pictures, but no pictures, are among them.
     """
     if (directory / "run.vtkhdf").exists():
         return set()

@@ -61,7 +61,7 @@ class Given:
 
     @property
     def words(self) -> str:
-        """The text as it stands, or without its quotation marks if it is a literal of a text."""
+        """The text as it stands, or the value of the text if that is a Python string literal."""
         try:
             value = ast.literal_eval(self.text)
         except (ValueError, SyntaxError):
@@ -136,7 +136,7 @@ class Parameter:
     def read(self, given: Any) -> Any:
         """Returns the value that scene() gets for a Given or another value.
 
-        Raises InvalidInput if the type does not accept it.
+        Raises InvalidInput if the type does not accept it, except None if that is the default.
         """
         try:
             value = _read(given, self._kind)
@@ -154,7 +154,7 @@ class Parameter:
         return value
 
     def _like(self) -> str:
-        """Returns an example of an accepted value: the default, if its type is described."""
+        """Returns " like " and the default if the type accepts it and is a simple one, else ""."""
         try:
             default = _read(self.default, self._kind)
         except _Refused:
@@ -166,7 +166,7 @@ class Parameter:
 def parameters_of(function: Callable[..., Any], names: Mapping[str, Any]) -> dict[str, Parameter]:
     """Returns the parameters of a function that can be given by name.
 
-    names : global names with which annotations are evaluated that are texts
+    names : global names for the evaluation of annotations that are given as text
     """
     return {
         p.name: Parameter(p.name, p.default, _evaluated(p.annotation, names))
@@ -182,7 +182,7 @@ def _evaluated(annotation: Any, names: Mapping[str, Any]) -> Any:
     holder = types.SimpleNamespace(__annotations__={"it": annotation})
     try:
         return typing.get_type_hints(holder, dict(names))["it"]
-    except Exception:  # the text of an annotation is any expression
+    except Exception:  # the text of an annotation may be any expression
         return inspect.Parameter.empty
 
 
@@ -212,9 +212,10 @@ def _described(kind: Any) -> str:
 
 
 def _read(value: Any, kind: Any) -> Any:
-    """Returns a value of a type, or raises _Refused. Other types accept every value.
+    """Returns a value as the type `kind`, or raises _Refused if the type does not accept it.
 
-    A Given is read as text if the type is str, and as its value otherwise.
+    Types other than bool, int, float, str, None, list, tuple, Literal and unions accept every
+    value. A Given is read as text for str and for the texts of a Literal, otherwise as its value.
     """
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if _is_union(kind):

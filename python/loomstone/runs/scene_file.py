@@ -101,7 +101,7 @@ class SceneFile:
         """Restores the scene file as it was when a run began, from the metadata of the run.
 
         trust : run the stored program even if it differs from the scene file on disk; see
-            `stored_program`
+            stored_program.py
         """
         program = stored_program(run)
         if not trust:

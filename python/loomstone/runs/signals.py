@@ -32,7 +32,10 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Abandoned(KeyboardInterrupt):
-    """Raised by a second SIGINT, which ends the run at once, without a new checkpoint."""
+    """Raised by a SIGINT after an earlier signal that ends the run.
+
+    The run then ends at once, without a new checkpoint.
+    """
 
 
 class Received:

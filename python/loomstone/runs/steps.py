@@ -156,7 +156,7 @@ class Columns(dict[str, NDArray[Any]]):
 
 
 def refuse_sweep(directory: str | os.PathLike[str]) -> None:
-    """Raises CacheError if the directory holds a sweep. The message names one of its runs."""
+    """Raises CacheError if the directory holds a sweep. The message names a run of it, if any."""
     path = Path(directory)
     if not (path / "sweep.json").exists():
         return

@@ -1,4 +1,4 @@
-"""Tables of numbers (CSV) in the directory of a run."""
+"""Tables (CSV) in the directory of a run."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
 
     first : name that the first column must have
 
-    A last row that is cut off, as if the process was killed while writing it, is skipped: it is
-    too short or its last entry is not a number. Any other invalid line raises a CacheError that
-    names it.
+    The last row is skipped if it has too few entries or its last entry is not a number, because a
+    process that is killed while it writes a row cuts the row off. Any other invalid line raises a
+    CacheError that names it.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:

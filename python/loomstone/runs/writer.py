@@ -77,8 +77,8 @@ class Writer(NoWriter):
         *,
         following: int,
     ) -> None:
-        """Removes the rows of steps that will be computed again from the tables of steps. With
-        `options.verify`, also removes the rows of frames that will be written again.
+        """Removes from the tables of steps the rows of all steps that will be computed again. With
+        `options.verify`, also removes the rows of frames.csv whose frames will be written again.
 
         following : index of the next frame
         """

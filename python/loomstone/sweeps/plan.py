@@ -44,7 +44,7 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
     is name=values, each name is given once, the values of a name differ, ranges have finite ends
     and a count of at least 2, and there are at most MOST_POINTS combinations.
 
-    texts : names of the parameters whose values stay as they are given
+    texts : names of the parameters whose values are texts, even if they look like numbers or ranges
 
     >>> parse_values(["triangles=800,3200", "friction=0.1:0.5:5"])
     {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}
@@ -127,7 +127,7 @@ def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Poin
 
 
 def open_with(scene: Path, parameters: dict[str, Any]) -> SceneFile:
-    """Opens a scene file with the values of a Point, which are read as `loomstone run` does."""
+    """Opens a scene file with the values of a Point, read as `loomstone run` reads them."""
     return SceneFile.open(scene, {k: Given(k, repr(value)) for k, value in parameters.items()})
 
 

@@ -82,7 +82,7 @@ def plot_figures(
 ) -> Path | None:
     """Plots figures of the table over the numeric parameter with the most values.
 
-    points : those of the table, including unfinished ones
+    points : those from which the table was made, including points whose runs are not finished
 
     Each combination of the other parameters is a line. Returns the path of the picture, or None if
     no numeric parameter has several values or no run is finished. Raises Unsupported if matplotlib

@@ -81,7 +81,7 @@ class ClothGrip:
     def __init__(
         self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike
     ) -> None:
-        """`vertices` are those of the cloth; `mass` [kg] has an entry for every cloth vertex."""
+        """`vertices` are those of the cloth; `mass` [kg] is that of each vertex of all cloths."""
         distance = np.linalg.norm(sim.positions[vertices] - np.asarray(point), axis=1)
         order = vertices[np.argsort(distance, kind="stable")]
         whole = float(mass[order].sum())

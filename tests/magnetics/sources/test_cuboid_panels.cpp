@@ -47,8 +47,9 @@ TEST_CASE("the panels of a cuboid cover its surface and mirror those of an octan
         area += panels[i].area;
         sum += panels[i].area * panels[i].normal;
         const Vec3 mirror(i / n & 1 ? -1 : 1, i / n & 2 ? -1 : 1, i / n & 4 ? -1 : 1);
-        // The centre of a panel and the mirrored centre differ by rounding, because the corners of
-        // the two panels are summed in different orders.
+        // The centre of a panel and the mirror image of the centre of its counterpart in the first
+        // octant differ by rounding, because the corners of the two panels are summed in different
+        // orders.
         CHECK((panels[i].centre - panels[i % n].centre.cwiseProduct(mirror)).norm() < 1e-14);
       }
       CHECK(area == Approx(faces));

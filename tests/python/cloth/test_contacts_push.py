@@ -37,7 +37,7 @@ def test_cloth_within_the_contact_distance_leaves_at_its_speed(
         for _ in range(3):
             sim.step()
         speed = sim.velocities[: sheet.n_vertices, 2].mean()
-        # Contacts are pressed at the start, and their energy may accelerate the sheet.
+        # The contacts are compressed at the start, so their energy may accelerate the sheet.
         assert 0.995 < speed < 1.12 and sim.report.account.contact_balance < 0.01
 
 
@@ -72,6 +72,6 @@ def landing(integrator: ls.Integrator, height: float) -> float:
 def test_friction_of_a_landing_is_that_of_coulomb(integrator: ls.Integrator) -> None:
     # Automatic steps are up to 10 ms long, and the sheet leaves the floor and meets it again within
     # them. Single landings therefore have ratios of 0.5 to 1.4. Their mean would be 2 with BDF-2 if
-    # it kept its history.
+    # it kept its history after steps with contacts.
     ratios = [landing(integrator, height) for height in np.arange(0.12, 0.18, 0.01)]
     assert abs(np.mean(ratios) - 1.0) < 0.2 and max(ratios) < 1.6

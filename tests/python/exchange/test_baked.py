@@ -171,7 +171,7 @@ def test_a_skin_of_usd_is_baked_to_vertices_in_metres_with_z_up(tmp_path):
     assert tube.name == "arm" and tube.times == pytest.approx(TIMES)
     frames = tube.vertex_positions.reshape(3, 12, 3)
     for index, (angle, frame) in enumerate(zip(ANGLES, frames, strict=True)):
-        # The tolerance allows for single precision in the file, whose points reach 2 m.
+        # The tolerance allows for single precision of the tube's points, which reach 2 m.
         assert frame == pytest.approx(z_up(bent(angle) + (0.1 * index, 0, 0)), abs=1e-6)
     assert path.read_bytes() == content  # the file is not changed
     assert len(ls.obstacles.baked(path, rate=4.0).times) == 5

@@ -7,7 +7,9 @@ import pytest
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run of one frame: a cloth and a box with textures that repeat, and one of each without."""
+    """A run of two frames: a cloth and a wall with textures that repeat, and a cloth and a wall
+    with textures that do not.
+    """
     out = tmp_path_factory.mktemp("wrap") / "out"
     image = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
     flat = ls.grid(size=(0.1, 0.1), cells=(2, 2))

@@ -76,8 +76,8 @@ def test_points_beside_a_bent_body_keep_their_distance_from_it():
     followed = ls.obstacles.follow(BODY, [frame], waist(40))[0]
     query = ls.meshes.SpatialQuery(ls.TriangleMesh(frame, BODY.triangles))
     distances = [query.closest(point, 0.05).distance for point in followed]
-    # Facets of the body lie up to 0.0004 m below the cylinder. The fit is as accurate as in the
-    # preceding test.
+    # The facets of the body lie up to 0.0004 m inside the cylinder that they approximate. The fit
+    # is as accurate as in the preceding test.
     assert distances == pytest.approx(np.full(40, 0.02), abs=1e-3)
 
 

@@ -154,7 +154,7 @@ def test_vtk_sees_times_topology_and_constant_fields(run: pathlib.Path) -> None:
             vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv.reshape(-1, 6), rtol=0, atol=1e-15
         )
         # Viewers use the active texture coordinates of points. At every corner of a triangle, they
-        # must equal its uv.
+        # must equal the uv of this corner.
         texture = vtk_to_numpy(mesh.GetPointData().GetTCoords())
         np.testing.assert_allclose(texture[corners], uv, rtol=0, atol=1e-15)
         assert mesh.GetPointData().GetVectors().GetName() == "velocity"

@@ -57,7 +57,7 @@ def made(scene, euler):
 
 
 def idle(_):
-    """A control function that does nothing. A run that has had one is not resumed without one."""
+    """A control function that does nothing, for resuming runs that have had a control function."""
 
 
 def names(directory):

@@ -70,12 +70,12 @@ def scene():
 
 
 def heed_control_c():
-    """Undoes that shells let programs in the background ignore SIGINT."""
+    """Restores the default action of SIGINT, which shells make background programs ignore."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def loaded(process):
-    """Returns whether a process has loaded the core, before it loads the commands."""
+    """Returns whether a process has loaded the core, which it loads before the commands."""
     return "_core" in Path(f"/proc/{process.pid}/maps").read_text()
 
 

@@ -47,7 +47,9 @@ def loomstone(*arguments):
 
 @pytest.fixture(scope="module")
 def from_stranger(tmp_path_factory):
-    """Directory of a run whose program creates `marker`. This file and the scene file are gone."""
+    """Directory of a run whose program creates the file `marker`. Both `marker` and the scene
+    file have been deleted.
+    """
     place = tmp_path_factory.mktemp("stranger")
     scene, out, marker = place / "scene.py", place / "out", place / "marker"
     scene.write_text(f"open({str(marker)!r}, 'a').close()\n" + SCENE)

@@ -156,7 +156,10 @@ DIFFICULT = {"velocities", "rest lengths", "two cloths"}
 
 
 def end(feature: Feature, integrator: ls.Integrator) -> np.ndarray:
-    """Returns the positions of the first cloth after 0.1 s."""
+    """Returns the positions of the first cloth after 0.1 s.
+
+    Raises AssertionError if surfaces then intersect in a scene with collisions.
+    """
     scene = feature.scene(plain())
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     while sim.time < DURATION - 1e-9:

@@ -25,7 +25,7 @@ def test_a_sheet_at_rest_on_a_floor_needs_hardly_any_linear_iterations(integrato
 
 
 def test_a_slow_motion_without_gravity_is_solved_as_accurately_as_a_fast_one():
-    """In a linear scene, forces scale with speed, so both speeds take equally many iterations."""
+    """Both motions are small, so forces scale with speed, and both take equally many iterations."""
     counts = []
     for speed in (1.0, 1e-4):
         sheet = ls.Cloth(

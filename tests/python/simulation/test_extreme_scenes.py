@@ -103,8 +103,8 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
 def test_bodies_gain_no_energy_from_cloth_at_its_limits(
     scene: ls.Scene, duration: float, excess: float, kinetic: float
 ) -> None:
-    # If contacts do not become stiffer where the cloth is at its limits, or if certification may
-    # increase the kinetic energy, each scene reaches 1.3 to 8 times this kinetic energy [J].
+    # If contacts did not become stiffer where the cloth is at its limits, or if certification could
+    # increase the kinetic energy, each scene would reach 1.3 to 8 times its bound `kinetic` [J].
     sim = ls.Simulation(scene, threads=1)
     while sim.time < duration:
         sim.step()
@@ -187,8 +187,9 @@ def test_a_tube_with_limits_is_wrung_in_long_steps() -> None:
         assert report.contacts.unresolved == 0
         # The tolerated excess is a fifth of the limit of 0.05.
         assert max(report.limits.weft_excess, report.limits.warp_excess) < 0.01
-    # Steps in which contacts create energy are shortened. The rims do much work on the tube through
-    # its strain limits. If the account left out this work, thousands of steps would be shortened.
+    # Steps in which contacts create energy are shortened. The moving rim does much work on the tube
+    # through its strain limits. If the account left out this work, thousands of steps would be
+    # shortened.
     assert sim.step_index < 600
     assert sim.report.account.contact_balance < 0.0
 
@@ -242,9 +243,9 @@ def test_pins_pull_a_stiff_sheet_over_an_edge_without_friction_at_little_work(
     sim = ls.Simulation(pulled_over(), integrator=ls.SemiImplicitEuler(step=step), threads=1)
     while sim.time < 0.75:
         sim.step()
-    # In steps of 0.25 ms and in asynchronous steps, pins do -8 and -4 mJ of work. Without shorter
-    # parts where work of scripts is lost, they do 270 to 470 mJ in automatic steps and in steps of
-    # 10 ms.
+    # In steps of 0.25 ms and in asynchronous steps, pins do -8 and -4 mJ of work. If parts were not
+    # shortened where work of scripts is lost, pins would do 270 to 470 mJ in automatic steps and in
+    # steps of 10 ms.
     assert abs(sim.report.account.scripts) < 0.08
 
 

@@ -31,7 +31,7 @@ Scene falling_sheet() {
   return scene;
 }
 
-// A sheet of 1 m x 1 m with strain limits of 7.5 % that swings from two corners.
+// A sheet of 1 m x 1 m with strain limits of 0.075 that swings from two corners.
 Scene limited_sheet() {
   Scene scene;
   scene.collisions = false;

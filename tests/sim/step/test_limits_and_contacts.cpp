@@ -135,7 +135,8 @@ TEST_CASE(
   CHECK(broken.front().element == sim.report().limits.worst_element);
   CHECK(broken.front().excess == sim.report().limits.weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
-  // The pins stretch all triangles by 30 % along weft, which exceeds the limit of 5 % by 0.25.
+  // The pins cause a strain of 0.3 along weft in all triangles, which exceeds the limit of 0.05 by
+  // 0.25.
   CHECK(sim.report().limits.weft_excess == Approx(0.25).margin(0.05));
   CHECK(sim.report().strain.stretch < 1.36);
   const Points x = sim.positions();

@@ -141,7 +141,7 @@ def cusick(
 def drape_scene(
     material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None
 ) -> Scene:
-    """Returns a scene: a flat specimen, clamped within a radius of 9 cm, a pedestal and a floor."""
+    """Returns a scene with a pedestal, a floor and a flat specimen clamped within a 9 cm radius."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
     pedestal = obstacles.mesh(
         _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)

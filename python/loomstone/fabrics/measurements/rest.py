@@ -55,7 +55,7 @@ def bring_to_rest(
     longest : simulated time after which this call ends in any case [s]
     ratio : largest kinetic energy allowed in a window of time, relative to the largest since this
         call began [1]
-    drift : displacement of a vertex allowed over a window [m]
+    drift : largest displacement of a vertex that is allowed over a window [m]
     window : length of a window [s]; extended to three steps if it is shorter
 
     Raises InvalidInput unless these values are positive and finite.
