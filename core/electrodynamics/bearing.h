@@ -8,7 +8,8 @@
 
 namespace loomstone {
 
-// A bearing restricts a body to rotation about an axis through its centre of mass.
+// A bearing restricts a body to rotation about an axis through its centre of mass. Contacts turn
+// the body but do not move its centre.
 struct Bearing {
   std::string body;
   Vec3 axis = Vec3(0, 0, 1);

@@ -1,5 +1,7 @@
 #include "core/electrodynamics/kick.h"
 
+#include <cmath>
+
 #include "core/electrodynamics/coil_currents.h"
 
 namespace loomstone {
@@ -9,6 +11,13 @@ namespace {
 // Number of fixed-point iterations in a kick if circuits act on each other or magnetise bodies. The
 // wrenches per ampere of the circuits then depend on the currents.
 constexpr int rounds = 4;
+
+// Rotation of a body in a bearing during a kick.
+struct Turning {
+  double spin = 0.0;    // angular velocity at which friction acts [rad/s]
+  double torque = 0.0;  // total torque about the axis [N m]
+  double taken = 0.0;   // energy that the bearing takes [J]
+};
 
 // Wrenches per ampere of each circuit: `felt` determines the back-EMF, `exerted` acts on the
 // bodies.
@@ -35,7 +44,11 @@ class Kick {
   // Returns the power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by
   // `wrenches` [W]. The power is per ampere [W/A] if `felt` is.
   double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
-  // Returns the linear and angular velocity of a body at the midpoint of a kick by `wrench`.
+  // Returns the rotation of a body that has a bearing in a kick by `wrench`. Its spin is the one at
+  // the midpoint, or the one at the end if friction is strong; see kick.h.
+  Turning turning(Index body, const Wrench& wrench) const;
+  // Returns the linear and angular velocity of a body at the midpoint of a kick by `wrench`. For a
+  // body in a bearing, the angular velocity is that of turning().
   Twist middle(Index body, const Wrench& wrench) const;
 
  private:
@@ -49,22 +62,33 @@ class Kick {
   const KickStart& start_;
 };
 
+Turning Kick::turning(Index body, const Wrench& wrench) const {
+  const double duration = start_.duration;
+  const MagneticRotor& rotor = model_.bodies[body];
+  const Bearing& bearing = *rotor.bearing;
+  const Vec4 orientation = start_.bodies.orientations.row(body).transpose();
+  const double inertia = bearing.axis.dot(world_inertia(rotor.mass, orientation) * bearing.axis);
+  const double momentum = bearing.axis.dot(start_.momenta.row(body).transpose());
+  const double given = bearing.axis.dot(wrench.torque) + bearing.torque;  // without friction
+  const bool at_end = duration * bearing.friction > 2.0 * inertia;
+  const double passed = at_end ? duration : 0.5 * duration;
+  Turning turning;
+  turning.spin = (momentum + passed * given) / (inertia + passed * bearing.friction);
+  turning.torque = given - bearing.friction * turning.spin;
+  turning.taken = duration * (bearing.friction * turning.spin - bearing.torque) * turning.spin;
+  if (at_end) turning.taken += 0.5 * std::pow(duration * turning.torque, 2) / inertia;
+  return turning;
+}
+
 Twist Kick::middle(Index body, const Wrench& wrench) const {
   const double duration = start_.duration;
   const MagneticRotor& rotor = model_.bodies[body];
   const Vec3 momentum = start_.momenta.row(body).transpose();
   const Vec4 orientation = start_.bodies.orientations.row(body).transpose();
-  if (!rotor.bearing) {
-    const Vec3 start = start_.bodies.velocities.row(body).transpose();
-    return {start + 0.5 * duration * (wrench.force / rotor.mass.mass + model_.gravity),
-            angular_velocity(rotor.rotor, orientation, momentum + 0.5 * duration * wrench.torque)};
-  }
-  const Bearing& bearing = *rotor.bearing;
-  const Vec3& along = bearing.axis;
-  const double inertia = along.dot(world_inertia(rotor.mass, orientation) * along);
-  const double torque = along.dot(wrench.torque) + bearing.torque;
-  return {Vec3::Zero(), (along.dot(momentum) + 0.5 * duration * torque) /
-                            (inertia + 0.5 * duration * bearing.friction) * along};
+  if (rotor.bearing) return {Vec3::Zero(), turning(body, wrench).spin * rotor.bearing->axis};
+  const Vec3 start = start_.bodies.velocities.row(body).transpose();
+  return {start + 0.5 * duration * (wrench.force / rotor.mass.mass + model_.gravity),
+          angular_velocity(rotor.rotor, orientation, momentum + 0.5 * duration * wrench.torque)};
 }
 
 double Kick::power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const {
@@ -200,13 +224,10 @@ CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start
     circuits.supply += start.duration * kick.power(actions.magnetised, wrenches);
   for (Index b = 0; b < model.n_bodies(); ++b) {
     if (!model.bodies[b].bearing) continue;
-    const Bearing& bearing = *model.bodies[b].bearing;
-    const Vec3& along = bearing.axis;
-    const double spin = along.dot(kick.middle(b, wrenches[b]).spin);
-    const double own = bearing.torque - bearing.friction * spin;
+    const Turning turning = kick.turning(b, wrenches[b]);
     wrenches[b].force = -model.bodies[b].mass.mass * model.gravity;
-    wrenches[b].torque = (along.dot(wrenches[b].torque) + own) * along;
-    circuits.bearings -= start.duration * own * spin;
+    wrenches[b].torque = turning.torque * model.bodies[b].bearing->axis;
+    circuits.bearings += turning.taken;
   }
   return wrenches;
 }

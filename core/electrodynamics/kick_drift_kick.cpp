@@ -14,15 +14,19 @@ constexpr int most_substeps = 4096;
 // multiple of the limit.
 constexpr double tolerated_growth = 4.0 / 3.0;
 
-// Applies the impulses on body b. If the body has a bearing, it keeps only its rotation about the
-// axis of the bearing.
+// Removes all motion that the bearing of the body, if any, does not permit.
+template <class Velocity, class Momentum>
+void guide(const MagneticRotor& body, Velocity&& velocity, Momentum&& momentum) {
+  if (!body.bearing) return;
+  const Vec3& axis = body.bearing->axis;
+  momentum = momentum.dot(axis) * axis.transpose();
+  velocity.setZero();
+}
+
 void push(const MagneticRotor& body, Index b, const BodyImpulses& impulses, MovingBodies& bodies) {
   bodies.state.velocities.row(b) += impulses.linear.row(b) / body.mass.mass;
   bodies.momenta.row(b) += impulses.angular.row(b);
-  if (!body.bearing) return;
-  const Vec3& axis = body.bearing->axis;
-  bodies.momenta.row(b) = bodies.momenta.row(b).dot(axis) * axis.transpose();
-  bodies.state.velocities.row(b).setZero();
+  guide(body, bodies.state.velocities.row(b), bodies.momenta.row(b));
 }
 
 }  // namespace
@@ -60,7 +64,7 @@ MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impuls
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies) {
   for (Index b = 0; b < model.n_bodies(); ++b)
-    if (!answer.touched[b] || model.bodies[b].bearing) push(model.bodies[b], b, impulses, bodies);
+    if (!answer.touched[b]) push(model.bodies[b], b, impulses, bodies);
 }
 
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
@@ -73,9 +77,10 @@ ContactAnswer answer_contacts(const MagneticModel& model, double h, const Carrie
     const MagneticRotor& body = model.bodies[b];
     const Vec3 kick = h * (wrenches[b].force / body.mass.mass + model.gravity);
     answer.state.velocities.row(b) += kick.transpose();
+    Eigen::RowVector3d momentum = bodies.momenta.row(b) + h * wrenches[b].torque.transpose();
+    guide(body, answer.state.velocities.row(b), momentum);
     answer.state.angular_velocities.row(b) =
-        angular_velocity(body.rotor, state.orientations.row(b).transpose(),
-                         bodies.momenta.row(b).transpose() + h * wrenches[b].torque)
+        angular_velocity(body.rotor, state.orientations.row(b).transpose(), momentum.transpose())
             .transpose();
   }
   const Points none = Points::Zero(model.n_bodies(), 3);
@@ -98,7 +103,7 @@ void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches
   for (Index b = 0; b < model.n_bodies(); ++b) {
     const MagneticRotor& body = model.bodies[b];
     const Vec4 orientation = state.orientations.row(b).transpose();
-    if (!answer.touched[b] || body.bearing) {
+    if (!answer.touched[b]) {
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) =
           freely_turned(body.rotor, orientation, bodies.momenta.row(b).transpose(), h).transpose();
@@ -112,6 +117,7 @@ void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches
         0.5 * h * (wrenches[b].force / body.mass.mass + model.gravity).transpose();
     state.positions.row(b) = answer.state.positions.row(b);
     state.orientations.row(b) = answer.state.orientations.row(b);
+    guide(body, state.velocities.row(b), bodies.momenta.row(b));
   }
 }
 

@@ -52,8 +52,7 @@ void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wren
                MovingBodies& bodies);
 
 // Moves the bodies after a half kick by `wrenches`. The velocities of bodies in contact are the
-// result of RigidWorld minus a second half kick by `wrenches`. Bodies in bearings and all bodies
-// without contact move freely.
+// result of RigidWorld minus a second half kick by `wrenches`. Bodies without contact move freely.
 void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
            const ContactAnswer& answer, MovingBodies& bodies);
 

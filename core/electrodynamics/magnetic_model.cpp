@@ -13,6 +13,13 @@ bool MagneticModel::acts() const {
   return !magnets.empty() || !coils.empty() || std::any_of(bodies.begin(), bodies.end(), turns);
 }
 
+BearingAxes MagneticModel::bearing_axes() const {
+  BearingAxes axes;
+  for (const MagneticRotor& body : bodies)
+    axes.push_back(body.bearing ? std::optional(body.bearing->axis) : std::nullopt);
+  return axes;
+}
+
 Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
                  const std::string& where) {
   if (name.empty())

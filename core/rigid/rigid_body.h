@@ -151,6 +151,9 @@ void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
 
+// Axes about which bodies turn. Bodies without an axis move freely.
+using BearingAxes = std::vector<std::optional<Vec3>>;
+
 // Moves the bodies and resolves their contacts with each other and with obstacles. Cloth acts on
 // bodies only by impulses. No Bullet type appears in this interface.
 class RigidWorld {
@@ -163,8 +166,12 @@ class RigidWorld {
   // their free rotation. Throws InvalidInput for fields out of range, quaternions without unit
   // length, missing meshes or parts, meshes that mass_properties() rejects, spheres whose mesh is
   // not round, boxes whose mesh is not a box, and flat hulls.
+  // `axes` is empty or has an entry for each body. A body with an axis (unit vector, fixed in
+  // space) only turns about it: its centre of mass does not move. The axis must be a principal axis
+  // of the body's inertia.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
-             const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
+             const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations,
+             const BearingAxes& axes = {});
   ~RigidWorld();
 
   RigidState initial_state() const;

@@ -1,6 +1,9 @@
 // Implements RigidWorld with Bullet. Bullet's body frame uses the principal axes of inertia. States
 // and callers use the axes of the mesh with the origin at the centre of mass.
 //
+// A body in a bearing has an inverse moment of inertia about its axis only, and this axis is the
+// first axis of Bullet's body frame. Its inverse mass is nearly zero.
+//
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
 // new world in the same order and restores the saved contact points. A run that saves its state and
 // then calls restore() continues bitwise identically to a run that loads this state from a file.
@@ -18,15 +21,25 @@
 
 namespace loomstone {
 
+namespace {
+
+// Factor on the inverse mass of a body in a bearing [1]. If it were 0, Bullet would ignore contacts
+// between such a body and obstacles.
+constexpr double held_share = 1e-9;
+
+}  // namespace
+
 struct RigidWorld::Data {
   std::vector<RigidBody> bodies;
   std::vector<RigidObstacle> obstacles;
   Vec3 gravity;
   bool gyroscopic = true;
   int iterations = RigidWorld::default_iterations;
+  BearingAxes axes;
   std::vector<MassProperties> masses;
-  std::vector<Mat3> principal;      // columns: Bullet's body axes in mesh axes
-  std::vector<Vec3> moments;        // moments of inertia about these axes [kg m^2]
+  std::vector<Mat3> principal;  // columns: Bullet's body axes in mesh axes
+  // Moments of inertia about these axes [kg m^2]. Zero: the body cannot turn about this axis.
+  std::vector<Vec3> moments;
   std::vector<Shapes> shapes;       // shapes of each body
   std::vector<double> inner_radii;  // half the smallest side of each body's bounding box [m]
   std::vector<std::size_t> stiff;   // indices of the obstacles of constant shape
@@ -37,6 +50,7 @@ struct RigidWorld::Data {
   RigidState known;            // state after the last restore() or advance(), without manifolds
   double obstacle_work = 0.0;  // work of obstacles in the last step [J]
 
+  bool turns_in_bearing(std::size_t body) const { return body < axes.size() && axes[body]; }
   void add_body(const RigidBody& body, const std::string& where);
   void add_obstacle(const RigidObstacle& obstacle, const std::string& where);
   void put_obstacles();
@@ -45,6 +59,7 @@ struct RigidWorld::Data {
   void know(const RigidState& state) {
     known = {state.positions, state.orientations, state.velocities, state.angular_velocities, {}};
   }
+  void hold_centres(const RigidState& start);
   void read(RigidState& state) const;
   double work_of_obstacles() const;
   std::vector<unsigned char> manifold_bytes() const;
@@ -62,8 +77,15 @@ void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where)
     fail<InvalidInput>("{}.{}", where, error.what());
   }
   const MassProperties& mass = masses.back();
-  principal.push_back(principal_axes(mass.inertia));
-  moments.push_back((principal.back().transpose() * mass.inertia * principal.back()).diagonal());
+  const std::size_t index = bodies.size();
+  if (turns_in_bearing(index)) {
+    const Vec3 axis = rotation_matrix(body.orientation.normalized()).transpose() * *axes[index];
+    principal.push_back(axes_from(axis));
+    moments.push_back(Vec3(axis.dot(mass.inertia * axis), 0.0, 0.0));
+  } else {
+    principal.push_back(principal_axes(mass.inertia));
+    moments.push_back((principal.back().transpose() * mass.inertia * principal.back()).diagonal());
+  }
   shapes.push_back(make_shapes(body, mass, principal.back(), where));
   btVector3 low, high;
   shapes.back().whole().getAabb(btTransform::getIdentity(), low, high);
@@ -111,6 +133,17 @@ void RigidWorld::Data::follow(const RigidState& state) {
         state.velocities.row(i) != known.velocities.row(i) ||
         state.angular_velocities.row(i) != known.angular_velocities.row(i))
       set_body(i, state);
+  }
+}
+
+// Puts the centres of mass of bodies in bearings back to their place at the start of a step.
+void RigidWorld::Data::hold_centres(const RigidState& start) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!turns_in_bearing(i)) continue;
+    btTransform pose = engine->bodies[i]->getWorldTransform();
+    pose.setOrigin(to_bullet(Vec3(start.positions.row(i).transpose())));
+    set_pose(*engine->bodies[i], pose);
+    engine->bodies[i]->setLinearVelocity(btVector3(0, 0, 0));
   }
 }
 
@@ -168,11 +201,12 @@ std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
 
 RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies,
                        const std::vector<RigidObstacle>& obstacles, const Vec3& gravity,
-                       bool gyroscopic, int iterations)
+                       bool gyroscopic, int iterations, const BearingAxes& axes)
     : data_(std::make_unique<Data>()) {
   data_->gravity = gravity;
   data_->gyroscopic = gyroscopic;
   data_->iterations = iterations;
+  data_->axes = axes;
   for (std::size_t i = 0; i < bodies.size(); ++i)
     data_->add_body(bodies[i], formatted("bodies[{}]", i));
   for (std::size_t i = 0; i < obstacles.size(); ++i)
@@ -201,6 +235,8 @@ void RigidWorld::restore(const RigidState& state) {
     btCollisionShape& shape = data.shapes[i].whole();
     btRigidBody& moving =
         engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
+    if (data.turns_in_bearing(i))
+      moving.setLinearFactor(btVector3(held_share, held_share, held_share));
     if (!data.gyroscopic)
       moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
     // Use continuous collision detection for bodies that move by more than half their inner radius
@@ -253,8 +289,8 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   // (b) Velocity, angular velocity and position that each body has after the step if untouched.
   std::vector<std::array<btVector3, 3>> free;
   for (std::size_t i = 0; i < n && touched; ++i) {
-    const btVector3 velocity =
-        engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;
+    const btVector3 velocity = engine.bodies[i]->getLinearVelocity() +
+                               to_bullet(data.gravity) * engine.bodies[i]->getLinearFactor() * step;
     free.push_back({velocity, engine.bodies[i]->getAngularVelocity(),
                     engine.bodies[i]->getWorldTransform().getOrigin() + velocity * step});
   }
@@ -266,6 +302,7 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
                        body.getAngularVelocity() != free[i][1] ||
                        body.getWorldTransform().getOrigin() != free[i][2]);
   }
+  data.hold_centres(state);
   data.obstacle_work = data.work_of_obstacles();
   data.places = obstacles;
   data.put_obstacles();

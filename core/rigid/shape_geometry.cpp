@@ -28,6 +28,14 @@ Mat3 principal_axes(const Mat3& inertia) {
   return axes;
 }
 
+Mat3 axes_from(const Vec3& first) {
+  Mat3 axes;
+  axes.col(0) = first;
+  axes.col(1) = first.unitOrthogonal();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal) {
   std::vector<Vec3> points(mesh.n_vertices());
   for (Index i = 0; i < mesh.n_vertices(); ++i) {

@@ -15,6 +15,8 @@ void check_orientation(const Vec4& orientation, const std::string& where);
 // Returns the principal axes of inertia in mesh axes (columns). If the inertia is already diagonal,
 // these are the mesh axes.
 Mat3 principal_axes(const Mat3& inertia);
+// Returns a right-handed orthonormal frame whose first column is the unit vector `first`.
+Mat3 axes_from(const Vec3& first);
 
 // Returns the vertices relative to the centre of mass, in principal axes [m].
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);

@@ -14,7 +14,8 @@ std::unique_ptr<RigidWorld> make_world(const Model& model, const State& state, d
                                        bool contacts_only) {
   const Vec3 gravity = contacts_only ? Vec3(Vec3::Zero()) : model.scene.gravity;
   auto world = std::make_unique<RigidWorld>(model.scene.bodies, rigid_obstacles(model, state, time),
-                                            gravity, !contacts_only, model.scene.rigid_iterations);
+                                            gravity, !contacts_only, model.scene.rigid_iterations,
+                                            model.magnetics.bearing_axes());
   world->restore(state.rigid);
   return world;
 }
