@@ -123,15 +123,19 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
   // Let H_0 be the applied field, N the demagnetisation factor and M_s the saturation
   // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give
-  //   N x^2 - (1/chi + N + h) x + h = 0
-  // with x = M / M_s and h = H_0 / M_s.
-  const double n = (field - polarization / now.shape->susceptibility()) / polarization;
-  const double h = field / original.saturation, b = 1.0 / chi + n + h;
-  const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
-  // An infinite chi (ideal iron) could not decrease, so 1e12 replaces it.
-  const double wanted = std::min(chi, 1e12) * std::max(1.0 - x, 1e-12);
+  //   N y^2 + (1/chi + h - N) y - 1/chi = 0
+  // with y = 1 - M / M_s and h = H_0 / M_s. The effective susceptibility M / H is chi y. Of the two
+  // expressions for the positive root, the one without cancellation is used. They also hold for
+  // infinite chi (ideal iron).
   const double before = now.shape->susceptibility();
-  if (std::abs(wanted - before) <= tolerance * before / (1.0 + before)) return false;
+  const double n = (field - polarization / before) / polarization;
+  const double b = 1.0 / chi + field / original.saturation - n;
+  const double root = std::sqrt(std::max(b * b + 4.0 * n / chi, 0.0));
+  const double effective = b >= 0.0 ? 2.0 / (b + root) : chi * ((root - b) / (2.0 * n));
+  // A field against the magnetisation gives no valid root.
+  const double wanted = std::clamp(effective, std::min(1e-12, chi), chi);
+  if (wanted == before || std::abs(wanted - before) <= tolerance * before / (1.0 + before))
+    return false;
   now.shape = now.shape->with_susceptibility(wanted);
   return true;
 }

@@ -287,6 +287,21 @@ def test_a_ball_saturates_as_its_law_says():
         assert M.MU0 * induced.moment[1] / volume == pytest.approx(wanted, rel=1e-8)
 
 
+@pytest.mark.parametrize("chi", [1e9, 1e12, 1e15, np.inf])
+def test_ideal_iron_saturates(chi):
+    saturation, volume = 2.0, 4e-6 / 3 * np.pi
+    ball = M.soft_sphere(radius=0.01, susceptibility=chi, saturation=saturation)
+    box = M.soft_cuboid(size=(0.01,) * 3, susceptibility=chi, saturation=saturation, cells=8)
+    for field in (0.01, 0.6, 0.66, 0.7, 1.0, 3.0, 100.0):
+        (induced,) = M.induce(ball, field=(0, field, 0)).bodies
+        wanted = min(3 * field, saturation)
+        assert M.MU0 * induced.moment[1] / volume == pytest.approx(wanted, rel=1e-4)
+        (induced,) = M.induce(box, field=(0, field, 0)).bodies
+        # The demagnetisation factor of a cube is below 1/3 without saturation.
+        mean = M.MU0 * induced.moment[1] / box.volume
+        assert min(3 * field, saturation * (1 - 1e-6)) < mean <= saturation * (1 + 1e-6)
+
+
 def test_saturating_bodies_do_not_exceed_their_saturation_and_begin_linear():
     box = M.soft_cuboid(size=(0.01, 0.01, 0.02), susceptibility=1e4, saturation=1.5, cells=8)
     linear = M.soft_cuboid(size=(0.01, 0.01, 0.02), susceptibility=1e4, cells=8)
