@@ -16,40 +16,84 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
 }
 
 namespace {
-Vec3 triangle_drag(const Air& air, const DraggedSurface& surface, Index t) {
+
+// Velocity of the air relative to a triangle.
+struct RelativeWind {
+  double area = 0.0;               // current area [m^2]; 0: the other members are 0, too
+  Vec3 n = Vec3::Zero();           // unit normal
+  double along = 0.0;              // normal component [m/s]
+  Vec3 tangential = Vec3::Zero();  // [m/s]
+};
+
+RelativeWind relative_wind(const Air& air, const DraggedSurface& surface, Index t) {
   const auto& [time, triangles, incidence, x, v] = surface;
   const Index i = triangles(t, 0), j = triangles(t, 1), k = triangles(t, 2);
   const Vec3 xi = x.row(i), xj = x.row(j), xk = x.row(k);
   const Vec3 twice = (xj - xi).cross(xk - xi);
+  RelativeWind result;
   const double norm = twice.norm();
-  if (norm == 0.0) return Vec3::Zero();
-  const Vec3 n = twice / norm;
+  if (norm == 0.0) return result;
+  result.area = 0.5 * norm;
+  result.n = twice / norm;
   const Vec3 mean_velocity = (v.row(i) + v.row(j) + v.row(k)).transpose() / 3.0;
   const Vec3 u = wind_at(air, (xi + xj + xk) / 3.0, time) - mean_velocity;
-  const double along = u.dot(n);
-  const Vec3 tangential = u - along * n;
-  return 0.25 * air.density * norm *
+  result.along = u.dot(result.n);
+  result.tangential = u - result.along * result.n;
+  return result;
+}
+
+Vec3 triangle_drag(const Air& air, const DraggedSurface& surface, Index t) {
+  const auto [area, n, along, tangential] = relative_wind(air, surface, t);
+  return 0.5 * air.density * area *
          (air.normal_drag * std::abs(along) * along * n +
           air.tangential_drag * tangential.norm() * tangential);
 }
+
+// Calls evaluate(t) in parallel for each triangle t at the vertices in rows [begin, end).
+template <class Evaluate>
+void for_triangles_at(const Team& team, const DraggedSurface& surface, Index begin, Index end,
+                      Evaluate&& evaluate) {
+  const auto& [start, items] = surface.triangles_of_vertex;
+  const auto n_triangles = static_cast<Index>(surface.triangles.rows());
+  std::vector<std::uint8_t> needed(n_triangles, 0);
+  for (Index s = start[begin]; s < start[end]; ++s) needed[items[s]] = 1;
+  parallel_for(team, n_triangles, [&](Index t) {
+    if (needed[t]) evaluate(t);
+  });
+}
+
 }  // namespace
 
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force) {
   if (!air.drags()) return;
-  const auto n_triangles = static_cast<Index>(surface.triangles.rows());
-  const std::vector<Index>& start = surface.triangles_of_vertex.start;
-  const std::vector<Index>& items = surface.triangles_of_vertex.items;
-  std::vector<std::uint8_t> needed(n_triangles, 0);
-  for (Index s = start[begin]; s < start[end]; ++s) needed[items[s]] = 1;
-  Points drag(n_triangles, 3);
-  parallel_for(team, n_triangles, [&](Index t) {
-    if (needed[t]) drag.row(t) = triangle_drag(air, surface, t).transpose() / 3.0;
+  const auto& [start, items] = surface.triangles_of_vertex;
+  Points drag(surface.triangles.rows(), 3);
+  for_triangles_at(team, surface, begin, end, [&](Index t) {
+    drag.row(t) = triangle_drag(air, surface, t).transpose() / 3.0;
   });
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;
     for (Index s = start[row]; s < start[row + 1]; ++s) force.row(row) += drag.row(items[s]);
   });
+}
+
+double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
+                 const Vector& mass, Index begin, Index end) {
+  if (!air.drags() || begin == end) return 0.0;
+  const auto& [start, items] = surface.triangles_of_vertex;
+  Vector drag(surface.triangles.rows());  // per relative velocity, at each vertex [kg/s]
+  for_triangles_at(team, surface, begin, end, [&](Index t) {
+    const auto [area, n, along, tangential] = relative_wind(air, surface, t);
+    drag[t] = air.density * area / 6.0 *
+              (air.normal_drag * std::abs(along) + air.tangential_drag * tangential.norm());
+  });
+  Vector rate = Vector::Zero(end - begin);
+  parallel_for(team, end - begin, [&](Index i) {
+    const Index row = begin + i;
+    for (Index s = start[row]; s < start[row + 1]; ++s) rate[i] += drag[items[s]] / mass[row];
+  });
+  return rate.maxCoeff();
 }
 
 }  // namespace loomstone

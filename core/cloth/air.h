@@ -54,4 +54,10 @@ struct DraggedSurface {
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force);
 
+// Returns the largest rate [1/s] at which drag changes the velocity of a vertex in rows
+// [begin, end): the magnitude of the drag on free cloth, divided by mass (n) [kg] and relative
+// velocity.
+double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
+                 const Vector& mass, Index begin, Index end);
+
 }  // namespace loomstone

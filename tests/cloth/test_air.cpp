@@ -40,6 +40,25 @@ TEST_CASE(
   CHECK(drag(air, mesh, v).norm() == 0.0);
 }
 
+TEST_CASE("the rate of drag is the drag divided by mass and relative velocity") {
+  const TriangleMesh mesh = grid_cells(0.4, 0.5, 4, 5);
+  const Incidence list = triangles_of_vertices(mesh.n_vertices(), mesh.triangles());
+  Air air;
+  air.normal_drag = 1.3, air.tangential_drag = 0.2, air.wind = Vec3(0.5, 0, 2);
+  const Points v = Points::Zero(mesh.n_vertices(), 3);
+  const DraggedSurface surface{0.0, mesh.triangles(), list, mesh.vertices(), v};
+  const Index n = mesh.n_vertices();
+  // One vertex is lighter than the others by far, so its rate is the largest.
+  Vector mass = Vector::Constant(n, 1e-3);
+  mass[7] = 1e-6;
+  // All triangles of the grid have the same area.
+  const double area = 0.5 * 0.1 * 0.1 * (list.start[8] - list.start[7]);
+  const double wanted = 0.5 * 1.2 * area / 3.0 * (1.3 * 2.0 + 0.2 * 0.5) / 1e-6;
+  CHECK(drag_rate({}, air, surface, mass, 0, n) == Approx(wanted).epsilon(1e-12));
+  CHECK(drag_rate({}, air, surface, mass, 8, n) < 3e-3 * wanted);
+  CHECK(drag_rate({}, air, surface, mass, 3, 3) == 0.0);
+}
+
 TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
   // From rest, the equation m dv/dt = m g - c v^2 with c = density C A / 2 has the solution
   //   v = v_t tanh(g t / v_t) with v_t = sqrt(m g / c).

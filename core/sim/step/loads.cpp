@@ -54,6 +54,11 @@ void add_body_impulses(const Loads& loads, Points& velocity) {
   }
 }
 
+Rows own_cloth_rows(const Engines& engines) {
+  const Index n = engines.model.cloth.n_vertices;
+  return {std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)};
+}
+
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        RowsOut force) {
   const Model& model = engines.model;
@@ -86,8 +91,7 @@ void find_loads(const StepContext& part, const State& state, const Engines& engi
     pin_targets(model, state, part.t1, part.share, loads.target);
   }
   obstacle_vertices(model, state, part.t1, part.share, loads.next_obstacles);
-  const Index n = model.cloth.n_vertices;
-  const Rows own{std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)};
+  const Rows own = own_cloth_rows(engines);
   loads.force.resize(own.begin, own.end);
   find_cloth_forces(part.t0, state, engines, own, loads.force);
   predict_bodies(part, state, engines, loads);

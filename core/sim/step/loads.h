@@ -37,6 +37,9 @@ struct Rows {
   Index begin, end;  // [begin, end)
 };
 
+// Returns the cloth rows that this rank owns.
+Rows own_cloth_rows(const Engines& engines);
+
 // Sets `force` to the gravity, drag and user forces at `time` [s] in the cloth rows `rows` [N].
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        RowsOut force);

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/cloth/air.h"
+#include "core/parallel/shared_work.h"
+
 namespace loomstone {
 
 namespace {
@@ -43,6 +46,11 @@ constexpr double slow_growth_share = 0.1;
 // bound does not divide steps of 4 ms in gentle motion.
 constexpr double removal_tolerance = 5e-4, least_of_fall_time = 0.019;
 
+// Tolerated product of drag_rate() and the length of a part, for an accuracy of 1. Our choice: drag
+// acts with its value at the start of a part. Above 1, it would carry free cloth beyond the
+// velocity of the air.
+constexpr double drag_tolerance = 0.5;
+
 // Upper limit of automatic steps while strain limits are forced (see NearContacts::forced), as a
 // fraction of StepChoice::largest. Our choice: triangles that begin to touch an obstacle within a
 // step yield only in the next step, and until then pull the other triangles along.
@@ -73,6 +81,23 @@ double length_by_damping(const StepContext& part, const Engines& engines, const 
                                        part.h * std::sqrt(tolerated / removed)));
   }
   return length < part.h * StepPart::whole / part.length ? length : INFINITY;
+}
+
+// Returns the length that drag allows for a part from time t0 [s] on [s]; infinite without drag.
+// Collective.
+double length_by_drag(double t0, const State& state, const Engines& engines) {
+  const ClothModel& cloth = engines.model.cloth;
+  const Air& air = engines.model.scene.air;
+  if (!air.drags()) return INFINITY;
+  const Rows rows = own_cloth_rows(engines);
+  const DraggedSurface surface{t0, cloth.triangles, cloth.triangles_of_vertex, state.cloth.x,
+                               state.cloth.v};
+  double rate = 0.0;
+  for (const double of_rank : results_of_ranks(engines.layout.communicator(), [&] {
+         return drag_rate(engines.team, air, surface, cloth.mass, rows.begin, rows.end);
+       }))
+    rate = std::max(rate, of_rank);
+  return drag_tolerance * *engines.accuracy / std::max(rate, 1e-300);
 }
 
 }  // namespace
@@ -106,6 +131,7 @@ int expected_part(const StepContext& part, const State& state, Engines& engines)
     const StepError error = engines.error->at(engines.team, state.cloth.v, part.h);
     share = length_factor(error, expected_in_parts * tolerated_error(engines));
   }
+  share = std::min(share, length_by_drag(part.t0, state, engines) / part.h);
   return std::max(static_cast<int>(std::min(share, 1.0) * part.length), int{StepPart::least});
 }
 
@@ -126,6 +152,7 @@ double automatic_step(double largest, const State& state, Engines& engines) {
     const StepError error = engines.error->at(engines.team, state.cloth.v, largest);
     h = largest * length_factor(error, expected_in_steps * tolerated_error(engines));
   }
+  h = std::min(h, length_by_drag(state.time, state, engines));
   return std::clamp(h, largest / StepPart::whole, largest);
 }
 
