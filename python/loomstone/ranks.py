@@ -5,6 +5,7 @@ If one rank fails in a collective function, all ranks raise an error with the sa
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Iterator
@@ -109,6 +110,26 @@ def together(ranks: Communicator) -> Iterator[None]:
         raise failure
     if raised := _KINDS[kind]:
         raise raised(text)
+
+
+def check_same(ranks: Communicator, call: str, **given: object) -> None:
+    """Raises InvalidInput on all ranks unless all ranks give the same arguments to a function.
+
+    All ranks must call this function. Arguments are equal if their reprs are.
+
+    call : name of the function, for the message
+    """
+    if ranks.size == 1:
+        return
+    texts = {name: repr(value) for name, value in given.items()}
+    _, text = ranks.agree(1, json.dumps(texts))  # every rank gets the text of rank 0
+    first = json.loads(text)
+    with together(ranks):
+        for name in (name for name in texts if texts[name] != first[name]):
+            raise InvalidInput(
+                f"{call}: {name} must be the same on all ranks, got {first[name]} on rank 0 and"
+                f" {texts[name]} on rank {ranks.rank}"
+            )
 
 
 def share_failure(ranks: Communicator, failure: Exception) -> None:

@@ -53,6 +53,45 @@ def test_a_rank_that_computes_for_ever_is_named(scene, tmp_path):
     assert "loomstone: rank 1 on " in done.stderr and "has not communicated for " in done.stderr
 
 
+INTERRUPTED = """
+import os
+import signal
+import time
+import loomstone as ls
+duration = 400.0
+rank = int(os.environ["OMPI_COMM_WORLD_RANK"])
+def interrupt():
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.1)
+def scene(when: str = ""):
+    global chosen
+    chosen = when
+    if chosen == "early" and rank == 1:
+        interrupt()
+    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.3, 0.3), cells=(16, 16)), pins=[0])])
+def control(sim):
+    if chosen == "twice" and rank == 1 and sim.step_index == 5:
+        interrupt()
+        interrupt()
+"""
+
+
+@needs_mpirun
+@pytest.mark.parametrize(("when", "code"), [("early", 130), ("twice", 1)])
+def test_an_interrupt_of_one_rank_ends_all(tmp_path, when, code):
+    (tmp_path / "scene.py").write_text(INTERRUPTED)
+    arguments = ("-m", "loomstone", "run", tmp_path / "scene.py", "--out", tmp_path / "out")
+    done = subprocess.run(
+        command(2, *arguments, "--threads", "1", "-p", f"when={when}"),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=ENVIRONMENT,
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    assert done.stderr.count("loomstone: interrupted") == 1
+
+
 @needs_mpirun
 @pytest.mark.parametrize("by", [0, 1])
 def test_after_the_death_of_any_rank_the_command_that_resumes_is_printed(scene, tmp_path, by):

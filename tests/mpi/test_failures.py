@@ -157,6 +157,36 @@ def test_what_a_rank_writes_counts_for_the_rows_it_owns(tmp_path):
     assert len(said) == 2 and said[0] == said[1] and said[0][0] == "forces 0.0 1.0"
 
 
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("list(sim.frames(duration=0.04 * (1 + ranks.rank)))", "frames: duration must be the same"),
+        ("list(sim.frames(duration=0.08, rate=25.0 * (1 + ranks.rank)))", "frames: rate must be"),
+        ("sim.run(out=out, duration=0.04 * (1 + ranks.rank))", "run: duration must be the same"),
+        ("sim.run(out=out, duration=0.04, resume=ranks.rank == 1)", "run: resume must be"),
+        (
+            "sim.run(out=out, duration=0.04, control=print if ranks.rank else None)",
+            "run: control must be",
+        ),
+        ("sim.run(out=out, duration=0.04, render=ranks.rank == 0)", "run: render must be"),
+    ],
+)
+def test_calls_with_different_arguments_are_refused_on_all_ranks(tmp_path, call, said):
+    done, lines = program(tmp_path, f"""
+        out = {str(tmp_path / "out")!r}
+        try:
+            {call}
+        except ls.InvalidInput as error:
+            say(error)
+        sim.step()
+        say("state", sim.digest())
+    """)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(lines) == 2 and lines[0] == lines[1]
+    assert lines[0][0].startswith(said) and "on rank 0 and" in lines[0][0]
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_rank_that_fails_outside_a_collective_step_ends_the_others(tmp_path):
     began = time.perf_counter()
     done, _ = program(tmp_path, """

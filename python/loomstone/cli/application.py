@@ -118,10 +118,13 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(1) from None
         fail(_sentence(failure), code)
-    except Abandoned:
-        fail("interrupted")
     except KeyboardInterrupt as error:
-        fail("interrupted", 128 + getattr(error, "signal", signal.SIGINT))
+        code = 128 + getattr(error, "signal", signal.SIGINT)
+        code = 1 if isinstance(error, Abandoned) else code
+        if communicator.size > 1:  # the other ranks may not have received the signal
+            print("loomstone: interrupted", file=sys.stderr, flush=True)
+            communicator.abort(code)
+        fail("interrupted", code)
     except (typer.Exit, typer.Abort):
         raise
     except BaseException:

@@ -11,11 +11,12 @@ import json
 import os
 import time
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from .._core import CacheError, InvalidInput
-from ..ranks import together
+from .._core import CacheError, Communicator, InvalidInput
+from ..ranks import check_same, together
 from .cache import Run
 from .checkpoints import latest_checkpoint
 from .frame_times import frame_count, frames_due, time_of_frame
@@ -49,10 +50,10 @@ def execute(
     process writes a run into the directory.
 
     control : function called with the simulation before every step
-    farewell : sentence that is printed if the process of rank 0 ends early after the run has begun;
-        last_words() lists the cases
+    farewell : sentence that is printed in the cases of last_words(), on rank 0 only
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
+    _check_same(ranks, options, overwrite=overwrite, resume=resume, control=control is not None)
     n_frames = frame_count(options.duration, options.rate)
     with DirectoryLock(directory) as lock:
         with together(ranks):
@@ -90,6 +91,12 @@ def execute(
             with together(ranks):
                 report = writer.finish(report)
             return report
+
+
+def _check_same(ranks: Communicator, options: RunOptions, **given: bool) -> None:
+    """Raises InvalidInput on all ranks unless all ranks have the same options."""
+    given |= {field.name: getattr(options, field.name) for field in fields(options)}
+    check_same(ranks, "run", **given)
 
 
 def _check_control(directory: Path) -> None:
