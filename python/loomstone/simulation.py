@@ -27,7 +27,7 @@ from .integrators import Integrator, SemiImplicitEuler, to_record
 from .pictures.directory import drawn_with
 from .pictures.notebook import remember
 from .plausibility import implausible
-from .ranks import end_all_on_failure
+from .ranks import check_same, end_all_on_failure
 from .runs.execution import execute
 from .runs.frame_times import frame_count, frames_due, time_of_frame, warn_of_part_frame
 from .runs.options import RunOptions
@@ -63,8 +63,8 @@ class Simulation(_core.Simulation):
     Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if the scene can
     be simulated but looks like a mistake, for example if bodies overlap at the start. `positions`,
     `velocities` and `external_forces` are copies that can be assigned. `state` provides views of
-    the internal tables. `scene` and `integrator` are those in use. `preparation_seconds` is the
-    wall time of building the simulation, before the warnings [s].
+    the internal tables. `scene` and `integrator` are those in use and cannot be replaced.
+    `preparation_seconds` is the wall time of building the simulation, before the warnings [s].
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -75,11 +75,11 @@ class Simulation(_core.Simulation):
     """
 
     # With slots, assignment to a misspelt attribute raises an error.
-    __slots__ = ("communicator", "integrator", "preparation_seconds", "scene")
-    communicator: Communicator
-    preparation_seconds: float
-    integrator: Integrator
-    scene: Scene
+    __slots__ = ("_communicator", "_integrator", "_preparation_seconds", "_scene")
+    _communicator: Communicator
+    _preparation_seconds: float
+    _integrator: Integrator
+    _scene: Scene
 
     def __init__(
         self,
@@ -110,11 +110,31 @@ class Simulation(_core.Simulation):
             communicator=ranks,
             decomposition=decomposition,
         )
-        self.communicator, self.integrator, self.scene = ranks, integrator, scene
-        self.preparation_seconds = time.perf_counter() - began
+        self._communicator, self._integrator, self._scene = ranks, integrator, scene
+        self._preparation_seconds = time.perf_counter() - began
         found = implausible(self)
         for sentence in found if ranks.rank == 0 else []:
             warnings.warn(sentence, SceneWarning, stacklevel=3)
+
+    @property
+    def communicator(self) -> Communicator:
+        """The MPI ranks that share the work."""
+        return self._communicator
+
+    @property
+    def integrator(self) -> Integrator:
+        """The integrator of the simulation."""
+        return self._integrator
+
+    @property
+    def preparation_seconds(self) -> float:
+        """Wall time of building the simulation [s]."""
+        return self._preparation_seconds
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is simulated."""
+        return self._scene
 
     @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
@@ -124,6 +144,7 @@ class Simulation(_core.Simulation):
         frames. A frame at a time between two steps is interpolated. If the simulation has already
         advanced, frames up to the current time are left out.
         """
+        check_same(self.communicator, "frames", duration=duration, rate=rate)
         last = frame_count(duration, rate) - 1
         if self.communicator.rank == 0:
             warn_of_part_frame(duration, rate, stacklevel=2)

@@ -166,7 +166,10 @@ def _said(point: Point, code: int) -> str:
     report: dict[str, Any] = finished(point.directory) or {}
     if code or "wall_seconds" not in report:
         return f"exit code {code}"
-    return f"{report['wall_seconds']:.1f} s, largest stretch {report['largest_stretch']:.3f}"
+    said = f"{report['wall_seconds']:.1f} s"
+    if "largest_stretch" in report:  # absent without steps
+        said += f", largest stretch {report['largest_stretch']:.3f}"
+    return said
 
 
 def _again() -> str:

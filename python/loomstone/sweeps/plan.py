@@ -134,17 +134,27 @@ def open_with(scene: Path, parameters: dict[str, Any]) -> SceneFile:
 def _directory_name(parameters: dict[str, Any]) -> str:
     """Returns a name for a run with these parameters, independent of other runs of the sweep.
 
-    If characters are left out or the name is cut short, a hash of the parameters is appended.
+    If characters are left out, the name is cut short, or it could be that of other parameters, a
+    hash of the parameters is appended.
 
     >>> _directory_name({"triangles": 800, "friction": 0.1})
     'triangles-800_friction-0.1'
     """
     plain = "_".join(f"{name}-{value}" for name, value in parameters.items()) or "default"
     name = re.sub(r"[^A-Za-z0-9_.+-]", "", plain)
-    if name == plain and len(name) <= _LONGEST_NAME:
+    if (
+        name == plain
+        and len(name) <= _LONGEST_NAME
+        and not any(_ambiguous(value) for value in parameters.values())
+    ):
         return name
     digest = hashlib.sha256(json.dumps(parameters).encode()).hexdigest()[:12]
     return f"{name[:_LONGEST_NAME]}_{digest}"
+
+
+def _ambiguous(value: Any) -> bool:
+    """Whether the value is a text that reads like two parameters or like another type of value."""
+    return isinstance(value, str) and ("_" in value or Given("", value).value != value)
 
 
 def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
@@ -161,6 +171,8 @@ def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
         out.mkdir(parents=True, exist_ok=True)
         if note.exists():
             before = json.loads(note.read_text())
+            if not isinstance(before, dict):
+                raise ValueError("it must contain a JSON object")
         elif others := [
             name for name in visible_names(out) if name not in (temporary.name, besides)
         ]:

@@ -12,7 +12,7 @@ import sys
 import time
 
 import pytest
-from loomstone import InvalidInput
+from loomstone import CacheError, InvalidInput
 from loomstone.sweeps.plan import claim, parse_values, points_of
 
 SCENE = """
@@ -182,6 +182,28 @@ def test_every_point_has_its_own_directory_whatever_its_values(tmp_path):
     points = points_of(values, tmp_path / "scene.py", tmp_path)
     names = [point.name for point in points]
     assert len(set(names)) == 8 and all(os.sep not in name and len(name) < 200 for name in names)
+
+
+def test_texts_that_read_like_other_parameters_do_not_share_a_directory(tmp_path):
+    (tmp_path / "scene.py").write_text("def scene(a: str = '', mode: object = 0): ...")
+    points = [
+        *points_of({"a": ["x_mode-1"]}, tmp_path / "scene.py", tmp_path),
+        *points_of({"a": ["x"], "mode": [1, "1", True, "True"]}, tmp_path / "scene.py", tmp_path),
+    ]
+    assert len({point.name for point in points}) == 5
+    assert points[1].name == "a-x_mode-1"
+
+
+def test_a_sweep_without_steps_has_a_table(scene, tmp_path):
+    done = sweep(scene, tmp_path / "out", "--duration", "0")
+    assert done.returncode == 0, done.stderr
+    assert "1/1" in done.stdout and len(table(tmp_path / "out")) == 1
+
+
+def test_a_damaged_note_of_a_sweep_is_refused(tmp_path):
+    (tmp_path / "sweep.json").write_text("[]")
+    with pytest.raises(CacheError, match="sweep.json cannot be read: it must contain"):
+        claim(tmp_path, {"scene": ""})
 
 
 def test_the_table_keeps_the_runs_of_earlier_sweeps_with_other_parameters(scene, tmp_path):

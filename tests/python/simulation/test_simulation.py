@@ -406,3 +406,10 @@ def test_a_turning_obstacle_turns_the_cloth_on_it(shape):
     # Without friction, the cloth would turn by 0.15 to 0.21 rad. The obstacle turns by 0.9 rad;
     # slip at the start makes the cloth turn less.
     assert 0.45 < np.median(np.angle(turned)) < 0.95
+
+
+@pytest.mark.parametrize("name", ["scene", "integrator", "communicator", "preparation_seconds"])
+def test_what_a_simulation_was_made_of_cannot_be_replaced(name):
+    sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))]), threads=1)
+    with pytest.raises(AttributeError):
+        setattr(sim, name, getattr(sim, name))
