@@ -66,7 +66,8 @@ class Simulation {
 
   const FrameTopology& topology() const;
   Frame frame() const;  // frame of the current state
-  // Returns the frame at a time within the last step [s]. Positions are interpolated.
+  // Returns the frame at a time within the last step [s]. Positions and velocities are
+  // interpolated.
   Frame frame_at(double time) const;
 
   const std::vector<Index>& vertex_order() const;  // internal row of each vertex

@@ -110,10 +110,14 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
   frame.positions.resize(n, 3);
   frame.velocities.resize(n, 3);
   frame.contact.assign(n, 0);
+  const double left = std::max(1.0 - at.share, 0.0);
   for (Index vertex = 0; vertex < n; ++vertex) {
     const Index row = model.row_of_vertex[vertex];
     frame.positions.row(vertex) = rows.row(row);
     frame.velocities.row(vertex) = state.cloth.v.row(row);
+    if (left > 0.0)
+      frame.velocities.row(vertex) +=
+          left * (outcome.start.cloth.v.row(row) - state.cloth.v.row(row));
     if (!outcome.contact.empty()) frame.contact[vertex] = outcome.contact[row];
   }
   capture_strain(engines, rows, frame);

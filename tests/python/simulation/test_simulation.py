@@ -88,6 +88,8 @@ def test_two_frames_within_one_step_lie_on_a_line(hanging):
     sim = ls.Simulation(hanging, integrator=ls.SemiImplicitEuler(step=0.01))
     a, b, c = list(sim.frames(duration=0.01, rate=200))
     assert (a.positions + c.positions) / 2 == pytest.approx(b.positions, abs=1e-15)
+    assert (a.velocities + c.velocities) / 2 == pytest.approx(b.velocities, abs=1e-15)
+    assert np.abs(c.velocities).max() > 0.05
 
 
 def test_topology_describes_cloths_and_bodies(falling):
