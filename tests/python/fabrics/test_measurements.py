@@ -104,8 +104,10 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
     # At 41.5 degrees, the overhang is twice the bending length. Therefore standards define the
     # bending length as half of the overhang.
     assert overhang_of_elastica(41.5) == pytest.approx(2.0, rel=1e-3)
-    with pytest.raises(ls.InvalidInput, match=r"chord_degrees must be in \(0, 88\), got"):
-        overhang_of_elastica(95.0)
+    assert overhang_of_elastica(0.01) < 0.15 and overhang_of_elastica(87.5) > 5
+    for degrees in (0.009, 87.6, 95.0, float("nan")):
+        with pytest.raises(ls.InvalidInput, match=r"must be in \[0.01, 87.5\], got"):
+            overhang_of_elastica(degrees)
 
 
 @pytest.mark.parametrize("name", ["cotton", "stretch denim"])

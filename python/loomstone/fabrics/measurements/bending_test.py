@@ -129,16 +129,16 @@ def overhang_of_elastica(chord_degrees: float) -> float:
     from the free end. The boundary conditions are theta' = 0 at the free end and theta = 0 at the
     clamp.
 
-    Raises InvalidInput for an angle outside (0, 88) degrees.
+    Raises InvalidInput for an angle outside [0.01, 87.5] degrees.
 
     >>> round(overhang_of_elastica(41.5), 3)
     2.0
     """
     from scipy.optimize import brentq
 
-    if not 0 < chord_degrees < 88:
+    if not 0.01 <= chord_degrees <= 87.5:
         raise InvalidInput(
-            f"overhang_of_elastica: chord_degrees must be in (0, 88), got {chord_degrees}"
+            f"overhang_of_elastica: chord_degrees must be in [0.01, 87.5], got {chord_degrees}"
         )
     tip = brentq(
         lambda angle: _elastica(angle)[1] - np.radians(chord_degrees),
