@@ -145,7 +145,7 @@ class NewtonIntegrator final : public Integrator {
     const double tolerance = options_.newton_tolerance * scale;
     const double rough = std::max(tolerance, roughly_known * now_.norm);
     bool new_limits = step.inputs.terms_at && !step.inputs.terms->empty(), rounded = false;
-    while ((now_.norm > tolerance && !rounded) || new_limits) {
+    while ((!(now_.norm <= tolerance) && !rounded) || new_limits) {
       if (new_limits && (now_.norm <= rough || rounded)) {
         evaluate(step, now_, TermRequest::NewLimits);
         best_ = now_.norm;

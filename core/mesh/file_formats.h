@@ -82,7 +82,7 @@ inline std::string_view next_word(std::string_view& line) {
 // number of this type.
 template <class Number>
 bool parse_number(std::string_view word, Number& value) {
-  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   const std::from_chars_result result =
       std::from_chars(word.data(), word.data() + word.size(), value);
   return result.ec == std::errc() && result.ptr == word.data() + word.size();

@@ -170,6 +170,7 @@ TEST_CASE("malformed OBJ files are refused with file and line") {
   };
   CHECK_THAT(message_of("v 0 0 0\nv 1 zero 0\n"),
              Contains("bad.obj, line 2") && Contains("\"zero\" as number 2"));
+  CHECK_THAT(message_of("v 0 0 +-5\n"), Contains("\"+-5\" as number 3"));
   CHECK_THAT(message_of("v 0 0\n"), Contains("line 1: a vertex must have 3 numbers"));
   CHECK_THAT(message_of("vt 1\n"), Contains("line 1: a vt must have 2 numbers"));
   CHECK_THAT(message_of(square + "f 1 2\n"),

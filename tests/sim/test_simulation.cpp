@@ -464,6 +464,15 @@ TEST_CASE("a draping cloth never has more energy than at the start") {
   CHECK(highest - start < 1e-3 * (g - lowest));
 }
 
+TEST_CASE("a checkpoint whose numbers are missing is refused") {
+  Simulation sim(drape(8), step_of(1e-3, "backward-euler"), 1);
+  for (const char* name : {"step", "tangled"}) {
+    Checkpoint damaged = sim.checkpoint();
+    damaged.integers.at(name).clear();
+    CHECK_THROWS_AS(sim.restore(damaged), CacheError);
+  }
+}
+
 TEST_CASE("a failing step reports where it failed and leaves the last good state") {
   Scene scene = drape(8);
   IntegratorOptions o = step_of(1e-3, "backward-euler");

@@ -59,6 +59,7 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
     deal.add(thread, trees_.first_cluster(test), passed.count());
   };
   failure_ = nullptr;
+  report_ = {};
   start_ = std::chrono::steady_clock::now();
   try {
     if (recorded_) {
@@ -72,7 +73,7 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
     if (decomposition_ == Decomposition::Dynamic)
       report_ = pool_.run(team, std::move(tests), perform);
     else
-      traverse(team, std::move(tests), perform), report_ = {};
+      traverse(team, std::move(tests), perform);
   } catch (...) {
     failure_ = std::current_exception();
   }

@@ -54,6 +54,13 @@ const std::vector<std::int64_t>& integers(const Checkpoint& c, const std::string
   return found->second;
 }
 
+std::int64_t integer(const Checkpoint& c, const std::string& name) {
+  const std::vector<std::int64_t>& list = integers(c, name);
+  if (list.size() != 1)
+    throw CacheError("the checkpoint's \"" + name + "\" is not one number; it is damaged");
+  return list[0];
+}
+
 std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
   const auto found = c.bytes.find(name);
   if (found == c.bytes.end())
@@ -186,12 +193,12 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
         "the checkpoint is of another scene (its counts of vertices, triangles, bodies or "
         "obstacles differ); resume with the scene and parameters of the run");
   State s = state;
-  s.step = integers(c, "step").at(0);
+  s.step = integer(c, "step");
   Vector times;
   get(c, "times", times, Vector(Vector::Zero(5)));
   s.time = times[0], s.cloth.previous_step = times[1], s.cloth.expected_step = times[2];
   s.cloth.settled_step = times[3], s.target_time = times[4];
-  s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
+  s.tangled = static_cast<std::uint8_t>(integer(c, "tangled"));
   get_account(c, s.account);
   get_cloth(c, s.cloth);
   get(c, "rigid.positions", s.rigid.positions, state.rigid.positions);
