@@ -17,6 +17,8 @@ __all__ = [
     "Render",
     "RunArgument",
     "SceneArgument",
+    "StoredDecomposition",
+    "StoredRecordTasks",
     "Threads",
     "Trust",
     "one_of",
@@ -42,20 +44,16 @@ Parameters = Annotated[
 Threads = Annotated[
     int, typer.Option(help="number of threads; 0: OMP_NUM_THREADS or all processors", min=0)
 ]
-Decomposition = Annotated[
-    str,
-    typer.Option(
-        help="predicted | static | dynamic: how ranks divide the search for collisions; results do"
-        " not depend on it"
-    ),
-]
-RecordTasks = Annotated[
-    int,
-    typer.Option(
-        help="record the motion of surfaces in every n-th step for loomstone replay; 0: never",
-        min=0,
-    ),
-]
+_DECOMPOSITION = (
+    "predicted | static | dynamic: how ranks divide the search for collisions; results do not"
+    " depend on it"
+)
+_RECORD_TASKS = "record the motion of surfaces in every n-th step for loomstone replay; 0: never"
+_STORED = "; default: as the run began"
+Decomposition = Annotated[str, typer.Option(help=_DECOMPOSITION)]
+StoredDecomposition = Annotated[str | None, typer.Option(help=_DECOMPOSITION + _STORED)]
+RecordTasks = Annotated[int, typer.Option(help=_RECORD_TASKS, min=0)]
+StoredRecordTasks = Annotated[int | None, typer.Option(help=_RECORD_TASKS + _STORED, min=0)]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print only warnings and errors")]
 AsJson = Annotated[bool, typer.Option("--json", help="print only the result, as JSON")]

@@ -39,6 +39,8 @@ from .options import (
     Render,
     RunArgument,
     SceneArgument,
+    StoredDecomposition,
+    StoredRecordTasks,
     Threads,
     Trust,
     one_of,
@@ -127,6 +129,7 @@ def run(
             check_room(directory, overwrite)
         settings = RunOptions(duration, rate, look, verify, record_tasks, compression)
         metadata = file.metadata(duration, rate, options, file.render)
+        metadata |= {"record_tasks": record_tasks, "decomposition": decomposition}
         work = _Work(threads, decomposition)
         task = _Task(file, options, settings, directory, work, metadata, overwrite)
         _advance(task, communicator, words)
@@ -136,8 +139,8 @@ def run(
 def resume(
     run: RunArgument,
     threads: Threads = 0,
-    decomposition: Decomposition = "predicted",
-    record_tasks: RecordTasks = 0,
+    decomposition: StoredDecomposition = None,
+    record_tasks: StoredRecordTasks = None,
     render: Render = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
@@ -145,8 +148,8 @@ def resume(
 ) -> None:
     """Continues a run that was interrupted or killed, with a bit-identical result.
 
-    Scene, parameters and options are those with which the run began; threads, ranks and
-    decomposition may differ.
+    Scene, parameters and options are those with which the run began, unless other options are
+    given here. The number of ranks may differ.
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
 
@@ -159,7 +162,8 @@ def resume(
     """
     with session() as communicator:
         words = Words(communicator.rank, quiet=quiet, as_json=as_json)
-        check_decomposition(decomposition)
+        if decomposition is not None:
+            check_decomposition(decomposition)
         if communicator.rank == 0:
             check_unlocked(run if run.is_dir() else run.parent)
         begun = Run(run)
@@ -172,6 +176,10 @@ def resume(
         duration, rate, options, look = stored_options(begun)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun
+        if record_tasks is None:
+            record_tasks = kept.get("record_tasks", 0)
+        if decomposition is None:
+            decomposition = kept.get("decomposition", "predicted")
         verify = (run / "frames.csv").exists()
         settings = RunOptions(duration, rate, looks, verify, record_tasks)
         _advance(

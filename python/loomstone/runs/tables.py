@@ -17,13 +17,14 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
 
     first : name that the first column must have
 
-    The last row is skipped if it has too few entries or its last entry is not a number, because a
-    process that is killed while it writes a row cuts the row off. Any other invalid line raises a
-    CacheError that names it.
+    A last row that is cut off, as if the process was killed while writing it, is skipped: it does
+    not end with a line break. Any other invalid line raises a CacheError that names it.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            header, *rows = list(csv.reader(file)) or [[]]
+            lines = list(file)
+        cut_off = len(lines) > 1 and not lines[-1].endswith(("\r", "\n"))
+        header, *rows = list(csv.reader(lines[:-1] if cut_off else lines)) or [[]]
     except (UnicodeDecodeError, csv.Error) as error:
         raise CacheError(
             f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene"
@@ -37,8 +38,6 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
     for number, row in enumerate(rows):
         if len(row) == len(header) and all(map(_is_number, row)):
             continue
-        if number == len(rows) - 1 and len(row) <= len(header) and all(map(_is_number, row[:-1])):
-            return header, rows[:-1]
         raise CacheError(
             f"{path}, line {number + 2}: must be {len(header)} numbers, got {','.join(row)[:60]!r};"
             " remove this line or run the scene again"

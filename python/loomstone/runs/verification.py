@@ -60,7 +60,7 @@ class FrameTable:
                 kept = [
                     row
                     for row in list(csv.reader(file))[1:]
-                    if len(row) == 4 and int(row[0]) < until_frame
+                    if len(row) == 4 and row[0].isdecimal() and int(row[0]) < until_frame
                 ]
         write_table(path, self.HEADER, kept)
 
@@ -111,7 +111,11 @@ def keep_rows(path: Path, until_step: int) -> None:
         return
     with path.open(newline="") as file:
         header, *rows = list(csv.reader(file)) or [[]]  # a killed run can leave an empty file
-    kept = [row for row in rows if len(row) == len(header) and int(row[0]) <= until_step]
+    kept = [
+        row
+        for row in rows
+        if len(row) == len(header) and row[0].isdecimal() and int(row[0]) <= until_step
+    ]
     if kept:
         write_table(path, header, kept)
     else:

@@ -55,6 +55,8 @@ def imports(module: str) -> set[str]:
     package = [part for part in package if part]
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            assert all(alias.name.split(".")[0] != "loomstone" for alias in node.names), module
         if not isinstance(node, ast.ImportFrom):
             continue
         if node.level == 0:

@@ -79,7 +79,7 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
     assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.energy.magnetic)
 
 
-def uneven_magnets(step: float) -> ls.Scene:
+def uneven_magnets() -> ls.Scene:
     """Three free bodies with magnets. One of them is a long box with three different moments of
     inertia. Two magnets are mounted on the box, off its long axis.
     """
@@ -111,7 +111,7 @@ def uneven_magnets(step: float) -> ls.Scene:
 
 
 def test_free_magnets_keep_their_momenta_over_ten_thousand_steps():
-    scene = uneven_magnets(1e-5)
+    scene = uneven_magnets()
     sim = simulation(scene, 1e-5)
     linear0, angular0 = total_momenta(sim, scene)
     impulse = twist = 0.0

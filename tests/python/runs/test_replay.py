@@ -45,6 +45,24 @@ def test_a_run_records_the_motion_of_every_tenth_step(recorded):
     assert motion.x1[:900, 2].max() < motion.x0[:900, 2].max()  # the cloth falls
 
 
+@pytest.mark.parametrize(("more", "steps"), [((), [5, 10]), (("--record-tasks", 4), [4, 8])])
+def test_a_resumed_run_goes_on_recording(tmp_path, more, steps):
+    (tmp_path / "scene.py").write_text(
+        "import loomstone as ls\n"
+        "integrator = ls.SemiImplicitEuler(step=4e-3)\n"
+        "def scene():\n"
+        "    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0])])\n"
+    )
+    out = tmp_path / "out"
+    first = ("run", tmp_path / "scene.py", "--out", out, "--record-tasks", 5, "--duration", 0.04)
+    assert loomstone(*first).returncode == 0
+    for path in [*motion_files(out), *out.glob("checkpoint-*")]:
+        path.unlink()  # the run starts again from its first step
+    done = loomstone("resume", out, *more)
+    assert done.returncode == 0, done.stderr
+    assert [int(path.stem.split("-")[1]) for path in motion_files(out)] == steps
+
+
 def test_predicted_searches_cut_lists_by_the_costs_of_a_step_before(recorded):
     motion = CollisionReplay(read_motion(motion_files(recorded)[1]))
     contacts, impacts = motion.lists(repetitions=1)
