@@ -7,8 +7,8 @@ thread checks for work before it sleeps), on an idle machine and with busy proce
 A count of 300000 is the default of libgomp; 0 is OMP_WAIT_POLICY=passive (threads sleep at once).
 Every run is a separate process. The run and the busy processes share as many processors as the run
 has threads. Counts alternate, so that a change of the machine's load affects all of them. The table
-lists medians over the repeats. With --ranks, the program compares one and two MPI ranks of
-one thread each on two processors instead of spin counts.
+lists medians over the repeats. With --ranks, the program compares numbers of MPI ranks instead of
+spin counts: one rank and two ranks of one thread each, on two processors.
 """
 
 from __future__ import annotations

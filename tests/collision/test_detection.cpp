@@ -112,7 +112,7 @@ TEST_CASE(
     const Eigen::AngleAxisd turn(0.01 * step, Vec3(1.0, 0.4, 0.2).normalized());
     Points x = scene.x * turn.toRotationMatrix().transpose();
     const Index n = scene.model.surfaces[0].n_vertices;
-    x.topRows(n).col(2).array() += 1e-4 * step;  // moves one sheet towards the other
+    x.topRows(n).col(2).array() += 1e-4 * step;  // moves one sheet through the other
     x.col(0).array() += 3e-3 * step;
     return x;
   };

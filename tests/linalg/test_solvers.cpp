@@ -482,10 +482,10 @@ TEST_CASE("the supernodal factorisation is used by name alone") {
   const Points direct = solved(system, {LinearMethod::Direct, 1e-10, 2000});
   try {
     const Points supernodal = solved(system, {LinearMethod::Supernodal, 1e-10, 2000});
-    // The condition number is near 400, so rounding changes x by less than 1e-12 of its norm.
+    // The condition number is below 400, so rounding changes x by less than 1e-12 of its norm.
     CHECK((direct - supernodal).norm() < 1e-12 * direct.norm());
     CHECK_FALSE(same_bits(direct, supernodal));
-  } catch (const Unsupported& error) {  // this CHOLMOD lacks the module
+  } catch (const Unsupported& error) {  // this CHOLMOD lacks its supernodal module
     CHECK_THAT(error.what(), Catch::Matchers::Contains("supernodal module") &&
                                  Catch::Matchers::Contains("use \"direct\""));
   }

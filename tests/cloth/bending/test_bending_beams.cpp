@@ -66,7 +66,8 @@ TEST_CASE(
   const std::string pattern = GENERATE("alternating", "jittered", "diagonal");
   CAPTURE(pattern);
   // Deflection of the centre of a simply supported square plate for nu = 0.3, in units of
-  // q a^4 / B (Timoshenko and Woinowsky-Krieger).
+  // q a^4 / B, with the load q, the side a and the flexural rigidity B (Timoshenko and
+  // Woinowsky-Krieger).
   const double exact = 0.0040624;
   std::vector<double> errors;
   for (const Index n : {6, 12, 24}) {
@@ -119,7 +120,7 @@ TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twis
   const Mat3 s = d.inverse();
   // Moments across the strip and twisting moments vanish, so at 45 degrees the flexural rigidity B
   // of the strip follows from 1 / B = (S11 + S22 + 2 S12 + S33) / 4 with S = D^-1. The clamp
-  // prevents twisting, which stiffens the strip. A narrow strip (width 0.1, length 1) keeps this
+  // prevents twisting and thus stiffens the strip. A narrow strip (width 0.1, length 1) keeps this
   // effect small.
   const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
   CHECK(deflection_ratio({"midedge", pattern, 6, d, M_PI / 4, 0.1}, 1.0 / compliance) ==

@@ -125,7 +125,8 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   for (std::size_t i = 0; i + 1 < errors.size(); ++i)
     CHECK(std::log2(errors[i] / errors[i + 1]) == Approx(2.0).margin(0.2));
   CHECK(errors.back() < 1e-3);
-  // Assembly in two ranges of rows, on three threads, gives the same bits as in a single range.
+  // Assembly in two ranges of rows on three threads gives the same bits as assembly of all rows on
+  // one thread.
   BlockMatrix parts(n, bending->couplings());
   for (const auto& [begin, end] :
        {std::pair<Index, Index>(0, 11), std::pair<Index, Index>(11, n)}) {

@@ -216,7 +216,8 @@ TEST_CASE(
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
-    // The noise can invert triangles; meshes with inverted triangles are skipped below.
+    // The noise can invert triangles; meshes with inverted or nearly flat triangles are skipped
+    // below.
     x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {

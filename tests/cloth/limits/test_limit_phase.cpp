@@ -161,7 +161,7 @@ TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its li
   limit.weft = limit.warp = 0.1;
   LimitPhase phase = phase_of(s, limit);
   const std::vector<std::uint8_t> yields(s.mesh.n_vertices(), 1);
-  // Returns the tension that the phases add at these strains along weft and warp [N].
+  // Returns the tension along weft [N] that the phases add at the strains `weft` and `warp`.
   const auto added = [&](double weft, double warp, const std::uint8_t* yielding) {
     Points x = stretched(s.mesh, weft);
     x.col(1) *= 1.0 + warp;
@@ -176,8 +176,8 @@ TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its li
   for (const double strain : {0.095, 0.12, 0.2}) {
     // `beyond` is the bound on the second Piola-Kirchhoff stress, divided by the stretch and by 300
     // times the modulus. It is 0.2 times the strain above 0.09, where the second phase begins, plus
-    // 0.02 times the value that `beyond` has without yielding at the start of the fourth phase.
-    // This value is 10.5 times the margin of 0.01.
+    // 0.02 times 0.105. Without yielding, the stress at the start of the fourth phase, divided in
+    // the same way, is 0.105: 10.5 times the margin of 0.01.
     const double beyond = 0.02 * 10.5 * 0.01 + 0.2 * (strain - 0.09);
     const double expected = 0.2 * 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(added(strain, 0.0, yields.data()) == Approx(expected).epsilon(1e-9));

@@ -266,8 +266,8 @@ TEST_CASE(
   check_queries(std::string(directory) + "/candidates.bin", 0.01);
   check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
   // In constructed degenerate queries, features without contact can pass each other at a distance
-  // below the rounding error. The conservative test reports these as impacts, so the bound is
-  // larger.
+  // below the rounding error. The conservative test reports such a pass as an impact, so the bound
+  // is larger than above.
   check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
   check_queries(std::string(directory) + "/degenerate.bin", 0.1);
 }

@@ -1,5 +1,5 @@
-// Contacts that are divided among ranks. Each rank keeps the contacts that act on its rows, and all
-// ranks together find the same terms, anchors and energies as a single rank.
+// Tests of contacts that are divided among ranks. Each rank keeps the contacts that act on its
+// rows, and all ranks together find the same terms, anchors and energies as a single rank.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

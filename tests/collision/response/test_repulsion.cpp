@@ -79,7 +79,8 @@ TEST_CASE(
       CHECK(turned < 1e-14);
     else
       CHECK(turned < 2e-3 * size);  // torque of friction: at most thickness times impulse
-    // After the impulses, no pair in contact approaches, up to the tolerance of the sweeps.
+    // After the impulses, no pair in contact approaches by more than 5 % of the 0.5 mm by which the
+    // lower sheet is thrown towards the upper one.
     for (const Contact& contact : contacts) {
       double approach = 0.0;
       for (int i = 0; i < 4; ++i)

@@ -394,8 +394,8 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
     const double pressing = 8.0 * std::abs(contacts[c].normal.z());
     CHECK(stiffer[c] == Approx(std::max(k, 16.0 / 3.0 * pressing / 4e-3 - k)));
   }
-  // Stiffening begins at a force of 3/8 k xi = 1.5 N, where xi is the thickness. This exceeds
-  // the force of 1 N per vertex.
+  // Stiffening begins at a force of 3/8 k xi = 1.5 N, where xi is the thickness. An eighth of the
+  // forces above, 1 N per vertex, is less than that.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
   // Forces that pull the sheets apart stiffen no contacts, nor do forces on prescribed vertices.
   for (const double each : stiffness(-forces)) CHECK(each == k);
@@ -417,8 +417,8 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
   ExtraTerms terms;
   const ContactTerms made = stage.terms({}, inputs, contacts, {}, terms);
   REQUIRE(terms.size() > 20);
-  // The upper sheet sinks by the fraction `sunk` of the gap. Contacts are stiffened only if it
-  // sinks by more than three quarters of the gap.
+  // The upper sheet sinks by `sunk` times the gap. Contacts are stiffened only if it sinks by more
+  // than three quarters of the gap.
   for (const double sunk : {0.5, 0.7, 0.8, 1.5, 3.0}) {
     Points moved = still;
     moved.bottomRows(36).col(2).array() -= sunk * gap;
