@@ -6,6 +6,7 @@ import hashlib
 import itertools
 import json
 import re
+from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,16 +114,20 @@ def _spaced(name: str, text: str) -> list[Any]:
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
     """Returns a Point for each combination.
 
+    A hash of the parameters is appended to the names of directories that combinations would share.
+
     Raises InvalidInput for values that the scene does not accept.
     """
     for name, several in values.items():
         for value in several:
             others = {other: each[0] for other, each in values.items()}
             open_with(scene, {**others, name: value})
+    chosen = [dict(zip(values, each, strict=True)) for each in itertools.product(*values.values())]
+    names = [_directory_name(each) for each in chosen]
+    shared = {name for name, count in Counter(names).items() if count > 1}
     return [
-        Point(chosen, out / _directory_name(chosen))
-        for combination in itertools.product(*values.values())
-        for chosen in [dict(zip(values, combination, strict=True))]
+        Point(each, out / (f"{name}_{_digest(each)}" if name in shared else name))
+        for each, name in zip(chosen, names, strict=True)
     ]
 
 
@@ -134,27 +139,22 @@ def open_with(scene: Path, parameters: dict[str, Any]) -> SceneFile:
 def _directory_name(parameters: dict[str, Any]) -> str:
     """Returns a name for a run with these parameters, independent of other runs of the sweep.
 
-    If characters are left out, the name is cut short, or it could be that of other parameters, a
-    hash of the parameters is appended.
+    If characters are left out, the name is cut short, or a text could read like a further
+    parameter, a hash of the parameters is appended.
 
     >>> _directory_name({"triangles": 800, "friction": 0.1})
     'triangles-800_friction-0.1'
     """
     plain = "_".join(f"{name}-{value}" for name, value in parameters.items()) or "default"
     name = re.sub(r"[^A-Za-z0-9_.+-]", "", plain)
-    if (
-        name == plain
-        and len(name) <= _LONGEST_NAME
-        and not any(_ambiguous(value) for value in parameters.values())
-    ):
+    clear = not any(isinstance(value, str) and "_" in value for value in parameters.values())
+    if name == plain and len(name) <= _LONGEST_NAME and clear:
         return name
-    digest = hashlib.sha256(json.dumps(parameters).encode()).hexdigest()[:12]
-    return f"{name[:_LONGEST_NAME]}_{digest}"
+    return f"{name[:_LONGEST_NAME]}_{_digest(parameters)}"
 
 
-def _ambiguous(value: Any) -> bool:
-    """Whether the value is a text that reads like two parameters or like another type of value."""
-    return isinstance(value, str) and ("_" in value or Given("", value).value != value)
+def _digest(parameters: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(parameters).encode()).hexdigest()[:12]
 
 
 def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
