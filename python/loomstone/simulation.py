@@ -222,8 +222,6 @@ class Simulation(_core.Simulation):
             "duration": options.duration,
             "rate": options.rate,
             "integrator": to_record(self.integrator),
-            "record_tasks": options.record_tasks,
-            "decomposition": self.decomposition,
             "render": (options.render or RenderOptions()).to_dict(),
         }
 

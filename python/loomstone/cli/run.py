@@ -129,7 +129,6 @@ def run(
             check_room(directory, overwrite)
         settings = RunOptions(duration, rate, look, verify, record_tasks, compression)
         metadata = file.metadata(duration, rate, options, file.render)
-        metadata |= {"record_tasks": record_tasks, "decomposition": decomposition}
         work = _Work(threads, decomposition)
         task = _Task(file, options, settings, directory, work, metadata, overwrite)
         _advance(task, communicator, words)

@@ -66,7 +66,7 @@ def execute(
         with together(ranks):
             if resume and simulation.rank == 0 and control is None and following < n_frames:
                 _check_control(directory)
-            text = None if resume else _metadata_text(simulation, metadata or {})
+            text = None if resume else _metadata_text(simulation, options, metadata or {})
             writer = open_writer(
                 simulation, options, lock, text, overwrite=overwrite, following=following
             )
@@ -134,10 +134,14 @@ def _end_of(simulation: Any) -> dict[str, Any]:
     }
 
 
-def _metadata_text(simulation: Any, metadata: dict[str, Any]) -> str:
-    """Returns the metadata as JSON, with the magnets of the scene for drawing field lines."""
+def _metadata_text(simulation: Any, options: RunOptions, metadata: dict[str, Any]) -> str:
+    """Returns the metadata as JSON, with options that a resumed run keeps.
+
+    Also includes the magnets of the scene, for drawing field lines.
+    """
+    kept = {"record_tasks": options.record_tasks, "decomposition": simulation.decomposition}
     magnets = magnets_to_record(simulation.scene)
-    return json.dumps(metadata | ({"magnetic_scene": magnets} if magnets else {}))
+    return json.dumps(metadata | kept | ({"magnetic_scene": magnets} if magnets else {}))
 
 
 def _call(control: Callable[[Any], None], simulation: Any) -> None:
