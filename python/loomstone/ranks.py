@@ -115,21 +115,23 @@ def together(ranks: Communicator) -> Iterator[None]:
 def check_same(ranks: Communicator, call: str, **given: object) -> None:
     """Raises InvalidInput on all ranks unless all ranks give the same arguments to a function.
 
-    All ranks must call this function. Arguments are equal if their reprs are.
+    All ranks must call this function. If a rank has failed instead, its error is raised. Arguments
+    are equal if their reprs are.
 
     call : name of the function, for the message
     """
     if ranks.size == 1:
         return
-    texts = {name: repr(value) for name, value in given.items()}
-    _, text = ranks.agree(1, json.dumps(texts))  # every rank gets the text of rank 0
-    first = json.loads(text)
+    with together(ranks):  # a rank that has failed would not take part in gather()
+        text = json.dumps({name: repr(value) for name, value in given.items()})
+    first, *others = map(json.loads, ranks.gather(text))
     with together(ranks):
-        for name in (name for name in texts if texts[name] != first[name]):
-            raise InvalidInput(
-                f"{call}: {name} must be the same on all ranks, got {first[name]} on rank 0 and"
-                f" {texts[name]} on rank {ranks.rank}"
-            )
+        for rank, other in enumerate(others, 1):
+            for name in (name for name in first if other[name] != first[name]):
+                raise InvalidInput(
+                    f"{call}: {name} must be the same on all ranks, got {first[name]} on rank 0 and"
+                    f" {other[name]} on rank {rank}"
+                )
 
 
 def share_failure(ranks: Communicator, failure: Exception) -> None:

@@ -103,6 +103,7 @@ class Simulation(_core.Simulation):
         _check_type("decomposition", decomposition, str)
         ranks = _communicator(communicator)
         end_all_on_failure(ranks)
+        check_same(ranks, "Simulation", decomposition=decomposition)
         super().__init__(
             scene,
             integrator,

@@ -169,6 +169,11 @@ def test_what_a_rank_writes_counts_for_the_rows_it_owns(tmp_path):
             "run: control must be",
         ),
         ("sim.run(out=out, duration=0.04, render=ranks.rank == 0)", "run: render must be"),
+        (
+            "ls.Simulation(sim.scene, communicator=ranks, decomposition='predicted' if ranks.rank"
+            " else 'static')",
+            "Simulation: decomposition must be",
+        ),
     ],
 )
 def test_calls_with_different_arguments_are_refused_on_all_ranks(tmp_path, call, said):
