@@ -119,12 +119,13 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             raise typer.Exit(1) from None
         fail(_sentence(failure), code)
     except KeyboardInterrupt as error:
-        code = 128 + getattr(error, "signal", signal.SIGINT)
-        code = 1 if isinstance(error, Abandoned) else code
-        if communicator.size > 1:  # the other ranks may not have received the signal
-            print("loomstone: interrupted", file=sys.stderr, flush=True)
-            communicator.abort(code)
-        fail("interrupted", code)
+        abandoned = isinstance(error, Abandoned)
+        code = 1 if abandoned else 128 + getattr(error, "signal", signal.SIGINT)
+        try:
+            fail("interrupted", code)
+        finally:
+            if communicator.size > 1:  # the other ranks may not have received the signal
+                communicator.abort(code)
     except (typer.Exit, typer.Abort):
         raise
     except BaseException:
