@@ -124,9 +124,9 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   // Let H_0 be the applied field, N the demagnetisation factor and M_s the saturation
   // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give
   //   N y^2 + (1/chi + h - N) y - 1/chi = 0
-  // with y = 1 - M / M_s and h = H_0 / M_s. The effective susceptibility M / H is chi y. Of the two
-  // expressions for the positive root, the one without cancellation is used. They also hold for
-  // infinite chi (ideal iron).
+  // with y = 1 - M / M_s and h = H_0 / M_s. The effective susceptibility M / H is chi y. There
+  // are two expressions for the positive root. Each branch below uses the one that does not cancel.
+  // Both also hold for infinite chi (ideal iron).
   const double before = now.shape->susceptibility();
   const double n = (field - polarization / before) / polarization;
   const double b = 1.0 / chi + field / original.saturation - n;
