@@ -9,16 +9,14 @@ from pathlib import Path
 from .._core import CacheError
 from ..base.replacement import replacement
 
-__all__ = ["read_table", "write_table"]
+__all__ = ["read_rows", "read_table", "write_table"]
 
 
-def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
-    """Returns the header and the rows of a CSV file of numbers.
+def read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Returns the header and the rows of a CSV file; the header of an empty file is empty.
 
-    first : name that the first column must have
-
-    A last row that is cut off, as if the process was killed while writing it, is skipped: it does
-    not end with a line break. Any other invalid line raises a CacheError that names it.
+    A last row that does not end with a line break is skipped, because it was cut off when a process
+    was killed. Raises CacheError if the file is not a table.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
@@ -30,6 +28,18 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
             f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene"
             " again"
         ) from None
+    return header, rows
+
+
+def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
+    """Returns the header and the rows of a CSV file of numbers.
+
+    first : name that the first column must have
+
+    A last row without a line break is skipped, as in read_rows(). Any other invalid line raises a
+    CacheError that names it.
+    """
+    header, rows = read_rows(path)
     if header[:1] != [first]:
         raise CacheError(
             f"{path}: must begin with the column {first!r}, got {','.join(header)[:60]!r}; run the"

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from .._core import Frame, FrameTopology
-from .tables import write_table
+from .._core import CacheError, Frame, FrameTopology
+from .tables import read_rows, read_table, write_table
 
 __all__ = [
     "BROKEN",
@@ -48,7 +48,11 @@ def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
 
 
 class FrameTable:
-    """frames.csv: one row of counts per frame."""
+    """frames.csv: one row of counts per frame.
+
+    Raises CacheError if an existing table is damaged, or lacks a frame between its first one and
+    `until_frame`.
+    """
 
     HEADER = ("frame", "time", "intersecting_pairs", "pairs_among_bodies")
 
@@ -56,12 +60,14 @@ class FrameTable:
         self._path, self._topology = path, topology
         kept: list[list[str]] = []
         if path.exists() and until_frame > 0:
-            with path.open(newline="") as file:
-                kept = [
-                    row
-                    for row in list(csv.reader(file))[1:]
-                    if len(row) == 4 and row[0].isdecimal() and int(row[0]) < until_frame
-                ]
+            _, rows = read_table(path, self.HEADER[0])
+            kept = [row for row in rows if float(row[0]) < until_frame]
+            found = [float(row[0]) for row in kept]
+            if kept and found != list(range(int(found[0]), until_frame)):
+                raise CacheError(
+                    f"{path}: must have a row for each frame up to {until_frame - 1}, got"
+                    f" {len(kept)} rows; remove it to continue without --verify"
+                )
         write_table(path, self.HEADER, kept)
 
     def add(self, index: int, frame: Frame) -> None:
@@ -109,8 +115,7 @@ def keep_rows(path: Path, until_step: int) -> None:
     """Removes incomplete rows and rows of steps after `until_step`, and the file if none remain."""
     if not path.exists():
         return
-    with path.open(newline="") as file:
-        header, *rows = list(csv.reader(file)) or [[]]  # a killed run can leave an empty file
+    header, rows = read_rows(path)  # a killed run can leave an empty file
     kept = [
         row
         for row in rows

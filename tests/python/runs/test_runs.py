@@ -406,6 +406,28 @@ def test_a_verified_run_records_the_count_of_every_frame_also_where_it_was_resum
     )
 
 
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda text: text[:-12], "must have a row for each frame up to 2, got 2 rows; remove it"),
+        (lambda text: text.replace("0.04", "much"), "line 3: must be 4 numbers"),
+        (lambda text: "", "must begin with the column 'frame'"),
+        (lambda text: text + "\ud800", "cannot be read as one"),
+    ],
+)
+def test_a_verified_run_is_not_resumed_with_damaged_counts(hanging, euler, tmp_path, damage, said):
+    out = tmp_path / "v"
+    ls.Simulation(hanging, integrator=euler, threads=1).run(out=out, duration=0.08, verify=True)
+    path = out / "frames.csv"
+    path.write_bytes(damage(path.read_bytes().decode()).encode(errors="surrogatepass"))
+    with pytest.raises(ls.CacheError, match=f"frames.csv.*{said}"):
+        ls.Simulation(hanging, integrator=euler, threads=1).run(
+            out=out, duration=0.16, verify=True, resume=True
+        )
+    path.unlink()
+    ls.Simulation(hanging, integrator=euler, threads=1).run(out=out, duration=0.16, resume=True)
+
+
 def test_a_verified_run_finds_the_intersections_that_a_start_has(tmp_path):
     ball = ls.sphere(radius=0.05, subdivisions=1)
     scene = ls.Scene(
