@@ -36,7 +36,7 @@ struct ClothState {
   // (k x 3) Positions of the vertices of each element in the queue at the last event of the element
   // [m]; empty without damping. The asynchronous integrator writes them.
   Points element_positions;
-  // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
+  // History of BDF-2, midpoint and extrapolated bending; empty if there is none. The
   // integrator writes it. It is cleared when strain limiting or certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
   Points previous_v;        // (n x 3) [m/s]

@@ -52,15 +52,16 @@ class LinearisedIntegrator final : public Integrator {
         tolerance_(options.tolerance),
         direct_(options.linear_solver == LinearMethod::Direct ||
                 options.linear_solver == LinearMethod::Supernodal),
-        corrects_stress_(options.accuracy.has_value() && scheme == Scheme::BackwardEuler),
+        corrects_stress_(options.accuracy.has_value()),
         bending_(scheme != Scheme::BackwardEuler),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
   Memory memory() const override {
-    return {bytes_of(rhs_, rhs_with_terms_, displacement_, drift_) +
-                bytes_of(bending_, next_x_, next_v_, terms_, next_terms_, body_mass_),
-            memory_.solver_bytes(), memory_.preconditioner_bytes()};
+    return {
+        bytes_of(rhs_, rhs_with_terms_, displacement_, drift_) +
+            bytes_of(bending_, next_x_, next_v_, moved_, middle_, terms_, next_terms_, body_mass_),
+        memory_.solver_bytes(), memory_.preconditioner_bytes()};
   }
   bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
@@ -204,10 +205,8 @@ class LinearisedIntegrator final : public Integrator {
       viscous_velocity = &drift_;
     }
     elasticity_.add_implicit_forces(step.team, state.x, viscous_velocity, begin, end, force());
-    PastMotion past;
-    if (corrects_stress_ && state.previous_step > 0.0) past = {state.v.data(), state.previous_step};
-    elasticity_.assemble(step.team, state.x, {kind_, {c.c_k, c.c_d}, past}, begin, end,
-                         {&displacement_, &rhs_});
+    const JacobianTerms terms{kind_, {c.c_k, c.c_d}, past_motion(state, step.scheme)};
+    elasticity_.assemble(step.team, state.x, terms, begin, end, {&displacement_, &rhs_});
     parallel_for(step.team, end - begin, [&](Index i) {
       const Index row = begin + i;
       rhs_.row(row) = c.sigma * force().row(row) - c.sigma / c.c_k * rhs_.row(row);
@@ -215,6 +214,22 @@ class LinearisedIntegrator final : public Integrator {
         rhs_.row(row) +=
             c.history * model_.mass[row] * (state.v.row(row) - state.previous_v.row(row));
     });
+  }
+
+  // Returns the motion whose strain the geometric stiffness omits, so that its stress is the one
+  // that the linear model of the last step contained: at the middle of the step for midpoint, and
+  // at its end otherwise. Stress from strain that this model neglects would resist rotation.
+  PastMotion past_motion(const ClothState& state, Scheme scheme) {
+    if (!corrects_stress_) return {};
+    if (scheme_ == Scheme::BackwardEuler) {
+      if (!(state.previous_step > 0.0)) return {};
+      return {state.v.data(), state.previous_step};
+    }
+    if (state.previous_x.rows() != model_.n_vertices) return {};
+    moved_ = state.x - state.previous_x;
+    if (scheme != Scheme::Midpoint) return {moved_.data(), 1.0};
+    middle_ = 0.5 * (state.x + state.previous_x);
+    return {moved_.data(), 0.5, middle_.data()};
   }
 
   // Solves for dv. With contacts, a first solve to a loose tolerance predicts their motion, which
@@ -280,7 +295,8 @@ class LinearisedIntegrator final : public Integrator {
   // Sets velocities and positions at the end of the step.
   void move(const Step& step, ClothState& state) {
     const double h = step.inputs.step;
-    if (scheme_ == Scheme::Bdf2) next_x_ = state.x, next_v_ = state.v;
+    if (scheme_ != Scheme::BackwardEuler) next_x_ = state.x;
+    if (scheme_ == Scheme::Bdf2) next_v_ = state.v;
     parallel_for(step.team, step.n, [&](Index i) {
       const Vec3 v0 = state.v.row(i), v1 = v0 + step.change.row(i).transpose();
       Vec3 x1 = state.x.row(i);
@@ -294,9 +310,10 @@ class LinearisedIntegrator final : public Integrator {
       state.v.row(i) = v1;
     });
     place_fixed(step.inputs, state.x);
-    if (scheme_ != Scheme::Bdf2) return;
-    // The forces of contacts are not smooth in time, so no history contains them.
-    if (step.inputs.in_contact()) next_x_.resize(0, 3), next_v_.resize(0, 3);
+    if (scheme_ == Scheme::BackwardEuler) return;
+    // The forces of contacts are not smooth in time, so no history of BDF-2 contains them.
+    if (scheme_ == Scheme::Bdf2 && step.inputs.in_contact())
+      next_x_.resize(0, 3), next_v_.resize(0, 3);
     state.previous_x = next_x_, state.previous_v = next_v_;
   }
 
@@ -307,10 +324,9 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
-  // neglected (see PastMotion). This reduces the damping of snapping wrinkles. False if the error
-  // of steps is not bounded, and for schemes other than backward Euler. In those schemes, forces
-  // would turn less than the cloth does, which adds energy.
+  // True if the geometric stiffness omits the strain that the last step neglected (see
+  // past_motion()). False if the error of steps is not bounded, because that strain also damps
+  // snapping wrinkles.
   bool corrects_stress_;
   ExplicitBending bending_;
   StepSolve solver_;
@@ -322,6 +338,7 @@ class LinearisedIntegrator final : public Integrator {
   bool solved_again_ = false;  // true: the last step was solved again with terms_
   OwnRows rhs_;
   Points rhs_with_terms_, displacement_, drift_, next_x_, next_v_;
+  Points moved_, middle_;  // see past_motion()
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 """Compares long steps with short ones: towels that hit a floor, and sheets that swing.
 
     python tests/benchmarks/impacts.py --triangles 400 1280 3000 --tilts 30 60 90 --speeds 2 4 8
-    python tests/benchmarks/impacts.py --swing
+    python tests/benchmarks/impacts.py --swing [--integrator bdf2]
 
 The first table has a row for each towel and step. `ratio` is the largest stretch divided by that in
 steps of 0.25 ms. `gain` is the largest increase of energy minus work since the start, divided by
@@ -28,6 +28,7 @@ SIZE = (0.18, 0.12)
 STEPS = (1e-3, 4e-3, 1e-2)
 Step = float | Literal["auto"]
 FINE = 2.5e-4
+IMPLICIT = ("semi-implicit-euler", "implicit-midpoint", "bdf2")
 SHEETS = ((300.0, 0.3), (3e3, 0.3), (1e4, 0.3), (1e5, 0.03))
 
 
@@ -119,7 +120,7 @@ def towels(arguments: argparse.Namespace) -> None:
     )
 
 
-def swing_time(stiffness: float, density: float, step: float, accuracy: float | None) -> float:
+def swing_time(stiffness: float, density: float, integrator: ls.Integrator) -> float:
     mesh = ls.grid(size=(0.3, 0.3), cells=(12, 12))
     x = mesh.vertices
     held = np.isclose(x[:, 1], x[:, 1].min())
@@ -128,29 +129,27 @@ def swing_time(stiffness: float, density: float, step: float, accuracy: float | 
     cloth = ls.Cloth(
         mesh=mesh, material=isotropic(stiffness, density), pins=list(np.flatnonzero(corners))
     )
-    sim = ls.Simulation(
-        ls.Scene(cloths=[cloth]),
-        integrator=ls.SemiImplicitEuler(step=step, accuracy=accuracy),
-        threads=1,
-    )
+    sim = ls.Simulation(ls.Scene(cloths=[cloth]), integrator=integrator, threads=1)
     low, before = x[:, 1].min(), x[:, 1].max()
     while sim.time < 2.0:
+        start = sim.time
         sim.step()
         now = sim.positions[edge, 1].mean()
         if now < low:
-            return float(sim.time - step * (low - now) / (before - now))
+            return float(sim.time - (sim.time - start) * (low - now) / (before - now))
         before = now
     return np.inf
 
 
-def swings(accuracy: float | None) -> None:
-    print(
-        "stiffness [N/m]  time to the bottom [s] at steps of "
-        + ", ".join(f"{1e3 * step:g} ms" for step in (5e-4, *STEPS))
-    )
+def swings(integrator: str, accuracy: float | None) -> None:
+    method = ls.integrators.METHODS[integrator]
+    steps: list[float | Literal["auto"]] = [5e-4, *STEPS, "auto"]
+    print(f"{integrator}: time to the bottom [s] at steps of {', '.join(map(str, steps))} s")
     for stiffness, density in SHEETS:
-        times = [swing_time(stiffness, density, step, accuracy) for step in (5e-4, *STEPS)]
-        print(f"{stiffness:>15.0f}  " + " ".join(f"{t:.4f}" for t in times), flush=True)
+        times = [
+            swing_time(stiffness, density, method(step=step, accuracy=accuracy)) for step in steps
+        ]
+        print(f"{stiffness:>8.0f} N/m  " + " ".join(f"{t:.4f}" for t in times), flush=True)
 
 
 def main() -> None:
@@ -162,11 +161,14 @@ def main() -> None:
     parser.add_argument("--accuracy", type=float, default=1.0)
     parser.add_argument("--no-accuracy", action="store_true", help="steps as given")
     parser.add_argument("--swing", action="store_true", help="the second table instead")
+    parser.add_argument(
+        "--integrator", choices=IMPLICIT, default=IMPLICIT[0], help="of the second table"
+    )
     arguments = parsed(parser, triangles=[100], tilts=[60.0], speeds=[4.0], duration=0.04)
     if arguments.no_accuracy:
         arguments.accuracy = None
     if arguments.swing:
-        swings(arguments.accuracy)
+        swings(arguments.integrator, arguments.accuracy)
     else:
         towels(arguments)
 

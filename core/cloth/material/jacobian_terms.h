@@ -12,12 +12,14 @@ struct StiffnessScales {
 // positive part of the stress and that of bending is omitted.
 enum class JacobianKind { Exact, Positive };
 
-// The motion in the last step. The stress in the geometric stiffness excludes the stress of the
-// strain 1/2 dF^T dF, where dF is the gradient of this motion. If this strain exceeds a bound, it
-// is scaled down to the bound (see past_strain() in membrane_kernels.cpp).
+// The motion dx in the last step, and the strain that determines the stress in the geometric
+// stiffness: that at `at`, without 1/2 dF^T dF, where dF is the gradient of `step` times `motion`.
+// If the omitted strain exceeds a bound, it is scaled down to the bound (see past_strain() in
+// membrane_kernels.cpp).
 struct PastMotion {
-  const double* velocity = nullptr;  // (n x 3) [m/s]; null: nothing is excluded
-  double step = 0.0;                 // [s]
+  const double* motion = nullptr;  // (n x 3) dx [m], or a velocity [m/s]; null: omits nothing
+  double step = 0.0;               // factor of `motion`: [1], or a time [s]
+  const double* at = nullptr;      // (n x 3) positions [m]; null: those of the assembly
 };
 
 struct JacobianTerms {

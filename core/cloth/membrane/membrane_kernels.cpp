@@ -87,12 +87,33 @@ constexpr double most_left_out = 0.01;
 template <class Lanes>
 LOOMSTONE_INLINE Tensor<Lanes> past_strain(const Batch<Lanes>& batch, const PastMotion& past) {
   Lanes3<Lanes> d1, d2;
-  gradient_columns(batch, past.velocity, d1, d2);
+  gradient_columns(batch, past.motion, d1, d2);
   const Tensor<Lanes> rate = second_order_strain(d1, d2);
   const double square = past.step * past.step;
   const Lanes most = lanes_of<Lanes>([](int) LOOMSTONE_INLINE_LAMBDA { return most_left_out; });
   const Lanes share = square * (most / lanes_max(most, square * largest_eigenvalue(rate)));
   return {share * rate.t11, share * rate.t22, share * rate.t12};
+}
+
+// Returns the stress in the geometric stiffness. `strain` is the Green strain at the positions of
+// the assembly; `phase` is null if the batch is in no limit phase.
+template <class Lanes>
+LOOMSTONE_INLINE Tensor<Lanes> geometric_stress(const Batch<Lanes>& batch, const double* phase,
+                                                const Tensor<Lanes>& strain,
+                                                const JacobianTerms& terms) {
+  Tensor<Lanes> e = strain;
+  if (terms.past.at) {
+    Lanes3<Lanes> f1, f2;
+    gradient_columns(batch, terms.past.at, f1, f2);
+    e = green_strain(f1, f2);
+  }
+  Tensor<Lanes> s = elastic_stress(moduli(batch), e);
+  if (phase) add_phase_stress(phase, e, s);
+  if (terms.past.motion) {
+    const Tensor<Lanes> left_out = elastic_stress(moduli(batch), past_strain(batch, terms.past));
+    s = {s.t11 - left_out.t11, s.t22 - left_out.t22, s.t12 - left_out.t12};
+  }
+  return terms.kind == JacobianKind::Positive ? positive_part(s) : s;
 }
 
 template <class Lanes>
@@ -102,21 +123,13 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
     Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
-    const Tensor<Lanes> e = green_strain(f1, f2);
     const Lanes area = batch.constant(0);
     Moduli<Lanes> m = moduli(batch);
-    Tensor<Lanes> s = elastic_stress(m, e);
-    if (const double* phase = phase_of(tables, batches[i])) {
-      add_phase_stress(phase, e, s);
+    const double* const phase = phase_of(tables, batches[i]);
+    if (phase)
       m.a11 += phase_slope<Lanes>(phase, 0), m.a22 += phase_slope<Lanes>(phase, 1),
           m.g += 0.5 * phase_slope<Lanes>(phase, 2);
-    }
-    if (terms.past.velocity) {
-      const Tensor<Lanes> past = past_strain(batch, terms.past);
-      const Tensor<Lanes> left_out = elastic_stress(moduli(batch), past);
-      s = {s.t11 - left_out.t11, s.t22 - left_out.t22, s.t12 - left_out.t12};
-    }
-    if (terms.kind == JacobianKind::Positive) s = positive_part(s);
+    const Tensor<Lanes> s = geometric_stress(batch, phase, green_strain(f1, f2), terms);
     const double scale_k = terms.scales.elastic, scale_d = terms.scales.viscous;
     const Lanes k_area = scale_k * area;
     const Lanes s11 = s.t11 * k_area, s22 = s.t22 * k_area, s12 = s.t12 * k_area;

@@ -164,6 +164,12 @@ TEST_CASE(
       CAPTURE(stiffness, h);
       CHECK(time_to_bottom(stiffness, density, step_with(h, 1.0)) == Approx(exact).epsilon(0.03));
     }
+  for (const char* const method : {"implicit-midpoint", "bdf2"})
+    for (const double h : {1e-3, 4e-3}) {
+      CAPTURE(method, h);
+      CHECK(time_to_bottom(1e4, 0.3, step_of(h, method)) == Approx(exact).epsilon(0.03));
+      CHECK(time_to_bottom(1e5, 0.03, step_of(h, method)) == Approx(exact).epsilon(0.03));
+    }
   // Without a bound on the error, a stiff sheet moves in slow motion.
   CHECK(time_to_bottom(1e5, 0.03, step_with(4e-3, std::nullopt)) > 1.5 * exact);
 }
