@@ -121,6 +121,8 @@ class Integrator {
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;            // true: the scheme accepts extra terms
   virtual bool damps() const { return false; }  // true: the scheme is implicit Euler
+  // True if the energy of the strain that the linear model of a step neglects stays in the cloth.
+  virtual bool keeps_neglected_energy() const { return false; }
   // Time after the start of the step at which an implicit scheme evaluated forces in the last call
   // of advance(), as a fraction of the step [1].
   virtual double time_of_forces() const { return 1.0; }

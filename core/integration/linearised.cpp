@@ -65,6 +65,7 @@ class LinearisedIntegrator final : public Integrator {
   }
   bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
+  bool keeps_neglected_energy() const override { return !damps(); }
   double time_of_forces() const override { return taken_ == Scheme::Midpoint ? 0.5 : 1.0; }
   const ExtraTerms* terms_of_last_solve() const override {
     return solved_again_ ? &terms_ : nullptr;
@@ -225,7 +226,9 @@ class LinearisedIntegrator final : public Integrator {
       if (!(state.previous_step > 0.0)) return {};
       return {state.v.data(), state.previous_step};
     }
-    if (state.previous_x.rows() != model_.n_vertices) return {};
+    // Midpoint and BDF-2 take steps by backward Euler in order to damp, and this stress damps, too.
+    const bool damped = scheme == Scheme::BackwardEuler;
+    if (damped || state.previous_x.rows() != model_.n_vertices) return {};
     moved_ = state.x - state.previous_x;
     if (scheme != Scheme::Midpoint) return {moved_.data(), 1.0};
     middle_ = 0.5 * (state.x + state.previous_x);

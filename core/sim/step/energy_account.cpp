@@ -25,9 +25,6 @@ constexpr double gain_tolerance = 0.02;
 // parts of a scene with magnets on cloth, and at most 0.003 in 14 other scenes
 // (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
-// The same for schemes without damping. Our choice: with 0.05, 2 of 120 random sheets gain more
-// than 5 % of the largest kinetic energy, and with 0.03 none (docs/experiments/energy.md).
-constexpr double undamped_tolerance = 0.03;
 // For the gain of everything but contacts in a part, the scale is at least this fraction of the
 // work of scripts in the part. For the gain since the account began (see share_of_rise), it is at
 // least this fraction of the larger of the works of scripts and of loads since then. Our choice:
@@ -41,11 +38,11 @@ constexpr double share_of_work = 0.1;
 // work instead of none. With 0.05, a pushed ribbon takes a tenth more steps
 // (docs/experiments/energy.md).
 constexpr double loss_tolerance = 0.15;
-// With implicit Euler, a part is halved if everything but contacts has gained more than the
-// tolerated energy since the account began, and at least this fraction of the tolerated energy in
-// the part. Our choice: neglected strain may add a fifth of the kinetic energy to the membrane, and
-// a sixteenth of that if the part has half the length. With 0.25, stiff sheets that swing in steps
-// of 4 ms gain up to 0.04 of the largest kinetic energy.
+// A part is halved if everything but contacts has gained more than the tolerated energy since the
+// account began, and at least this fraction of the tolerated energy in the part. Our choice:
+// neglected strain may add a fifth of the kinetic energy to the membrane, and a sixteenth of that
+// if the part has half the length. With 0.25, stiff sheets that swing in steps of 4 ms gain up to
+// 0.04 of the largest kinetic energy.
 constexpr double share_of_rise = 0.05;
 // A part in which contacts create too much energy is shortened to the largest length at whose end
 // the expected gain of all energy since the account began, without the work of scripts and loads,
@@ -243,9 +240,7 @@ PartResult check_energy(const StepContext& part, const Loads& loads, const NearC
   // If scripts stretch cloth slowly, their work is much larger than the kinetic energy.
   const double work = std::abs(account.scripts - part.start->account.scripts);
   const double most =
-      (moved   ? gain_tolerance
-       : damps ? release_tolerance
-               : undamped_tolerance) *
+      (moved ? gain_tolerance : release_tolerance) *
       std::max({scale, share_of_work * work, rounding_energy(part.h, engines.model)});
   const int half = std::max(least, part.length / 2);
   if (in_part > *engines.accuracy * most) return created(half);
@@ -254,7 +249,7 @@ PartResult check_energy(const StepContext& part, const Loads& loads, const NearC
   const double most_rise =
       gain_tolerance * *engines.accuracy *
       std::max({scale, share_of_work * all_work, rounding_energy(part.h, engines.model)});
-  if (damps && gain > most_rise && in_part > share_of_rise * most_rise) return created(half);
+  if (gain > most_rise && in_part > share_of_rise * most_rise) return created(half);
   if (damps && part.saves_work && !squeezed && !stores && !engines.at_limits() &&
       loses_work(part, {at_start, at_end, by_contacts, energy}, scale, engines, state))
     return {.longest = half};

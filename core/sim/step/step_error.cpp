@@ -14,8 +14,10 @@ namespace {
 // then at most 1.08 times that in steps of 0.25 ms (docs/experiments/energy.md).
 constexpr double strain_tolerance = 0.1;
 // Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: this
-// bound shortens the steps of stiff cloth, whose neglected strains are small.
-constexpr double energy_tolerance = 0.2;
+// bound shortens the steps of stiff cloth, whose neglected strains are small. The second value is
+// for integrators that keep this energy: stiff sheets that swing then gain less than 1 % of the
+// largest kinetic energy (docs/experiments/energy.md).
+constexpr double energy_tolerance = 0.2, energy_tolerance_if_kept = 0.01;
 // A part of a step of given length is divided before an attempt if its expected error is more than
 // this multiple of the tolerance. Our choice: the expected error is that of the last part, and the
 // actual error is often smaller. With the multiple 1, a part that is expected to be only slightly
@@ -61,12 +63,25 @@ constexpr double share_when_forced = 0.2;
 // tolerates a quarter of the strain.
 double tolerated_error(const Engines& engines) { return *engines.accuracy * *engines.accuracy; }
 
+// Returns the tolerated energy of the neglected strain for an accuracy of 1, as a fraction of the
+// kinetic energy.
+double tolerated_energy(const Engines& engines) {
+  return engines.integrator->keeps_neglected_energy() ? energy_tolerance_if_kept : energy_tolerance;
+}
+
+// Returns the larger of the neglected strain and its energy, each divided by its tolerance for an
+// accuracy of 1.
+double relative_error(const StepError& error, const Engines& engines) {
+  return std::max(error.strain / strain_tolerance, error.energy / tolerated_energy(engines));
+}
+
 // Returns the factor by which the length of a part must change so that its relative error becomes
 // `tolerated`. The strain is proportional to the square of the length, and its energy to the fourth
 // power.
-double length_factor(const StepError& error, double tolerated) {
-  return std::min(std::sqrt(tolerated * strain_tolerance / std::max(error.strain, 1e-300)),
-                  std::pow(tolerated * energy_tolerance / std::max(error.energy, 1e-300), 0.25));
+double length_factor(const StepError& error, double tolerated, const Engines& engines) {
+  return std::min(
+      std::sqrt(tolerated * strain_tolerance / std::max(error.strain, 1e-300)),
+      std::pow(tolerated * tolerated_energy(engines) / std::max(error.energy, 1e-300), 0.25));
 }
 
 // Returns the length that the damping of implicit Euler allows for the next part of a step of given
@@ -102,10 +117,6 @@ double length_by_drag(double t0, const State& state, const Engines& engines) {
 
 }  // namespace
 
-double relative_error(const StepError& error) {
-  return std::max(error.strain / strain_tolerance, error.energy / energy_tolerance);
-}
-
 StepError error_of_motion(const StepContext& part, const Loads& loads, const State& state,
                           Engines& engines) {
   if (!engines.error) return {};
@@ -113,11 +124,13 @@ StepError error_of_motion(const StepContext& part, const Loads& loads, const Sta
 }
 
 bool too_large(const StepContext& part, const StepError& error, const Engines& engines) {
-  return engines.error && part.divisible && relative_error(error) > tolerated_error(engines);
+  return engines.error && part.divisible &&
+         relative_error(error, engines) > tolerated_error(engines);
 }
 
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines) {
-  const double allowed = safety * length_factor(error, tolerated_error(engines)) * part.length;
+  const double allowed =
+      safety * length_factor(error, tolerated_error(engines), engines) * part.length;
   PartResult result;
   result.longest = std::clamp(static_cast<int>(std::min<double>(allowed, part.length)),
                               int{StepPart::least}, part.length - 1);
@@ -129,7 +142,7 @@ int expected_part(const StepContext& part, const State& state, Engines& engines)
   double share = state.cloth.expected_step / part.h;
   if (share == 0.0) {
     const StepError error = engines.error->at(engines.team, state.cloth.v, part.h);
-    share = length_factor(error, expected_in_parts * tolerated_error(engines));
+    share = length_factor(error, expected_in_parts * tolerated_error(engines), engines);
   }
   share = std::min(share, length_by_drag(part.t0, state, engines) / part.h);
   return std::max(static_cast<int>(std::min(share, 1.0) * part.length), int{StepPart::least});
@@ -139,7 +152,7 @@ void expect_part(const StepContext& part, const StepError& error, const Engines&
                  ClothState& cloth) {
   if (!engines.error) return;
   const double expected = part.automatic ? expected_in_steps : expected_in_parts;
-  cloth.expected_step = part.h * length_factor(error, expected * tolerated_error(engines));
+  cloth.expected_step = part.h * length_factor(error, expected * tolerated_error(engines), engines);
   // Automatic steps are limited by their damping in expect_step().
   if (!part.automatic && engines.integrator->damps())
     cloth.expected_step = std::min(cloth.expected_step, length_by_damping(part, engines, cloth));
@@ -150,7 +163,7 @@ double automatic_step(double largest, const State& state, Engines& engines) {
   double h = state.cloth.expected_step;
   if (h == 0.0) {
     const StepError error = engines.error->at(engines.team, state.cloth.v, largest);
-    h = largest * length_factor(error, expected_in_steps * tolerated_error(engines));
+    h = largest * length_factor(error, expected_in_steps * tolerated_error(engines), engines);
   }
   h = std::min(h, length_by_drag(state.time, state, engines));
   return std::clamp(h, largest / StepPart::whole, largest);
@@ -182,7 +195,7 @@ void note_error(const StepContext& part, const StepError& error, const Engines& 
   ErrorReport& to = report.error;
   to.strain = std::max(to.strain, error.strain);
   to.energy = std::max(to.energy, error.energy);
-  to.beyond += engines.error && relative_error(error) > tolerated_error(engines);
+  to.beyond += engines.error && relative_error(error, engines) > tolerated_error(engines);
   to.least_part = to.least_part > 0.0 ? std::min(to.least_part, part.h) : part.h;
 }
 

@@ -10,9 +10,6 @@
 
 namespace loomstone {
 
-// Returns the larger of error.strain and error.energy, each divided by its tolerance [1].
-double relative_error(const StepError& error);
-
 // Returns the error of the motion of cloth from the start of the part to the positions in `state`.
 StepError error_of_motion(const StepContext& part, const Loads& loads, const State& state,
                           Engines& engines);

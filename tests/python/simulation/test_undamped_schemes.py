@@ -21,10 +21,12 @@ def vertex_masses(mesh: ls.TriangleMesh, density: float) -> np.ndarray:
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("fabric", ["silk", "denim"])
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.6, 0.0, 0.8)])
-@pytest.mark.parametrize(("step", "lost"), [(4e-3, 5e-3), (1e-3, 5e-4), ("auto", 5e-4)])
+@pytest.mark.parametrize(
+    ("step", "lost"), [(10e-3, 1e-2), (4e-3, 5e-3), (1e-3, 5e-4), ("auto", 5e-4)]
+)
 def test_a_stiff_sheet_keeps_its_angular_momentum(scheme, fabric, axis, step, lost):
     # With the stress at the start of the step in the geometric stiffness, a sheet would lose up to
-    # 0.27 of its angular momentum in steps of 4 ms, and 0.007 in steps of 1 ms.
+    # 0.75 of its angular momentum in steps of 10 ms, 0.27 in 4 ms and 0.007 in 1 ms.
     mesh, material = ls.grid(size=(0.3, 0.3), cells=(10, 10)), ls.fabrics[fabric]
     masses, spin = vertex_masses(mesh, material.density), 2.0 * np.array(axis)  # [kg], [1/s]
     velocities = np.cross(spin, mesh.vertices)
@@ -43,8 +45,8 @@ def test_a_stiff_sheet_keeps_its_angular_momentum(scheme, fabric, axis, step, lo
 @pytest.mark.parametrize("seed", [2, 3, 6])
 @pytest.mark.parametrize("size", [0.015, 0.06])
 def test_small_stiff_sheets_create_no_energy(scheme, seed, size):
-    # Waves cross these sheets in less than a step. If parts that gain up to 10 % of the largest
-    # kinetic energy were accepted, the balance would rise to 0.08.
+    # Waves cross these sheets in less than a step. If the energy of neglected strain could be 0.2
+    # of the kinetic energy, as with implicit Euler, the balance would rise to 0.08.
     mesh = ls.grid(size=(size, size), cells=(8, 8))
     material = ls.ClothMaterial(
         weft_stiffness=1e4,
@@ -66,5 +68,6 @@ def test_small_stiff_sheets_create_no_energy(scheme, seed, size):
     sim = ls.Simulation(ls.Scene(cloths=[cloth]), integrator=scheme(), threads=1)
     while sim.time < 0.1:
         sim.step()
-        # A part may gain 0.03, and steps are damped only while the balance exceeds 0.02.
+        # Steps are damped while the balance exceeds 0.02. The step in which it rises above this
+        # bound is not yet damped and may add as much again.
         assert sim.report.account.balance < 0.05

@@ -165,7 +165,7 @@ TEST_CASE(
       CHECK(time_to_bottom(stiffness, density, step_with(h, 1.0)) == Approx(exact).epsilon(0.03));
     }
   for (const char* const method : {"implicit-midpoint", "bdf2"})
-    for (const double h : {1e-3, 4e-3}) {
+    for (const double h : {1e-3, 4e-3, 1e-2}) {
       CAPTURE(method, h);
       CHECK(time_to_bottom(1e4, 0.3, step_of(h, method)) == Approx(exact).epsilon(0.03));
       CHECK(time_to_bottom(1e5, 0.03, step_of(h, method)) == Approx(exact).epsilon(0.03));
