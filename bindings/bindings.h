@@ -1,6 +1,6 @@
-// Declarations shared by the bindings: the functions bind_...(), which module.cpp calls in the
-// order of their declarations, and conversions between Python objects, such as numpy arrays, and
-// C++ types.
+// Declarations shared by the bindings: conversions between C++ types and Python objects such as
+// numpy arrays, and the functions bind_...(), which module.cpp calls in the order of their
+// declarations.
 #pragma once
 
 #include <algorithm>

@@ -230,8 +230,8 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
 // If the field may not carry a unit, returns the value unchanged. Otherwise, converts a value that
-// carries a unit to plain numbers in the unit of the field, and returns other values unchanged, but
-// throws InvalidInput for a unit of another dimension, and a TypeError for a bool.
+// carries a unit to plain numbers in the unit of the field, throws InvalidInput for a unit of
+// another dimension and a TypeError for a bool, and returns all other values unchanged.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;

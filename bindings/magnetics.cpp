@@ -1,5 +1,6 @@
-// Binds magnets and currents at given poses, their fields, potentials, field lines, forces,
-// energies and inductances, induced moments, and the cells into which magnets are divided.
+// Binds magnets and currents at given poses, with their fields, potentials, field lines, forces,
+// energies and inductances. Also binds the moments that fields induce in spheres, and the cells
+// into which magnets are divided.
 #include <optional>
 
 #include "bindings/descriptions.h"

@@ -32,8 +32,8 @@ void include(const Vec3& point, Framing& framing) {
   framing.points.push_back(point);
 }
 
-// Extends `framing` to the cloth and to the visible bodies that are not floors. Returns the height
-// of the highest floor vertex [m], or minus infinity if there is no floor.
+// Extends `framing` to the cloth and to the visible bodies and obstacles other than floors. Returns
+// the height of the highest floor vertex [m], or minus infinity if there is no floor.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex), framing);
@@ -192,7 +192,7 @@ void turn(const Vec3& centre, const Vec3& axis, double angle, View& view) {
   for (Vec3* direction : {&view.right, &view.up, &view.forward}) *direction = rotation * *direction;
 }
 
-// Checks the topology and the options, and returns the topology without hidden bodies.
+// Checks the topology and the options. Returns the topology without hidden bodies and obstacles.
 FrameTopology checked(const FrameTopology& topology, const RenderOptions& options) {
   check_topology(topology);
   check_options(options, 8, 16384);

@@ -21,8 +21,8 @@ class Context {
 };
 
 // Throws InvalidInput if LOOMSTONE_GL has an unknown value, and Unsupported if no context can be
-// created. The message of Unsupported names OSMesa and EGL or the value of LOOMSTONE_GL, and Debian
-// packages to install.
+// created. The message of Unsupported names what could not be loaded (the value of LOOMSTONE_GL or,
+// if this variable is not set, OSMesa and EGL) and the Debian packages to install.
 std::unique_ptr<Context> create_context();
 
 // Returns the OpenGL functions of `context`, which must be current. Throws Unsupported if they

@@ -19,10 +19,10 @@ struct Framing {
   double radius() const { return 0.5 * (high - low).norm(); }
 };
 
-// Returns the region of the cloth and of visible bodies other than floors, extended downwards to
-// the height to which the cloth is expected to fall. This is the height of the highest floor or, if
-// greater, that of the top of the cloth minus the larger horizontal extent of the cloth: a sheet
-// pinned at one side falls that far.
+// Returns the region of the cloth and of visible bodies and obstacles other than floors, extended
+// downwards to the height to which the cloth is expected to fall. This is the height of the highest
+// floor or, if greater, that of the top of the cloth minus the larger horizontal extent of the
+// cloth: a sheet pinned at one side falls that far.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Returns the width that the legend of a field takes at the right edge of a picture [pixels].

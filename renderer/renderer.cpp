@@ -1,5 +1,5 @@
-// Draws a picture in four stages: shadow map, depth, light and surfaces. Data images (depth,
-// normals, surface numbers) are drawn in a single stage of their own.
+// Draws a picture in four passes: shadow map, depth, light and surfaces. Data images (depth,
+// normals, surface numbers) are drawn in a single pass of their own.
 #include "renderer/renderer.h"
 
 #include <algorithm>

@@ -31,8 +31,8 @@ class Renderer {
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();
-  // Determines the region that a fitted camera shows, the length scale of shading and the sharp
-  // edges of bodies from the given frame. If fit() is called with the first frame of a sequence,
+  // Determines from the given frame the length scale of shading, the sharp edges of bodies, and the
+  // region that a fitted camera shows. If fit() is called with the first frame of a sequence,
   // pictures do not depend on the frames that were drawn before. If fit() is not called, the first
   // rendered frame is used.
   void fit(const Frame& first);

@@ -67,8 +67,8 @@ def balance(material: str = "superconductor", density: float = 6000.0) -> float:
 
 
 def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
-    """material: superconductor | magnet (J = 0.05 T, parallel to J of the ring); shape: ball |
-    cube (of the volume of the ball, slightly rotated).
+    """material: superconductor | magnet (polarization 0.05 T, parallel to that of the ring);
+    shape: ball | cube (of the volume of the ball, slightly rotated).
     """
     if shape not in ("ball", "cube") or material not in ("superconductor", "magnet"):
         raise ls.InvalidInput(

@@ -27,11 +27,12 @@ struct FrameTopology {
   std::vector<std::string> body_names;      // rigid bodies first, then obstacles
   std::vector<std::uint8_t> body_is_floor;  // (bodies) 1: rendered as ground
   // (nb) Magnetic polarity: positive on the north side and negative on the south side of a magnet,
-  // 0 away from magnets; see pole_at(). Empty without magnets.
+  // 0 away from magnets; see pole_at() in core/electrodynamics/magnetic_model.h. Empty without
+  // magnets.
   std::vector<double> body_pole;
   std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none has a look
-  // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty
-  // if no body has a texture.
+  // (3mb x 2) uv of each corner of body_triangles [m], zeros for bodies without a texture. Empty if
+  // no body has a texture.
   Points2 body_corner_uv;
 
   std::size_t bytes() const {

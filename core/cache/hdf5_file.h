@@ -129,7 +129,8 @@ class Hdf5File {
   std::vector<T> read_array(const std::string& path,
                             std::vector<std::int64_t>* shape = nullptr) const;
 
-  // Datasets with one string (UTF-8) or a list of strings, which are stored with a fixed length.
+  // Datasets with one string or a list of strings. Strings are UTF-8 and have a fixed length in the
+  // file.
   void write_text(const std::string& path, const std::string& text);
   void write_texts(const std::string& path, const std::vector<std::string>& texts);
   std::string read_text(const std::string& path) const;

@@ -54,9 +54,9 @@ struct DraggedSurface {
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force);
 
-// Returns the largest rate [1/s] at which drag changes the velocity of a vertex in rows
-// [begin, end): the magnitude of the drag on free cloth, divided by mass (n) [kg] and relative
-// velocity.
+// Returns the largest rate [1/s] at which drag alone changes the velocity of a vertex in rows
+// [begin, end): the drag divided by the mass of the vertex and by its velocity relative to the air.
+// `mass` contains the masses of the vertices (n) [kg].
 double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
                  const Vector& mass, Index begin, Index end);
 

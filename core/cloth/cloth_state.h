@@ -19,13 +19,13 @@ struct ClothState {
   double previous_step = 0.0;
   // Expected length of the next step or part of a step [s]; 0: unknown. It follows from the error
   // of the last step or part or, with explicit schemes, from the stretch of the cloth. With
-  // implicit Euler, the damping also bounds it. In automatic steps, it is further bounded by the
-  // allowed growth and, while strain limits are forced (see NearContacts::forced), by a fraction of
-  // the largest step. The stepper writes it.
+  // implicit Euler, numerical damping (see Damping in displacement_error.h) also bounds it. In
+  // automatic steps, it is further bounded by the allowed growth and, while strain limits are
+  // forced (see NearContacts::forced), by a fraction of the largest step. The stepper writes it.
   double expected_step = 0.0;
   // Length that an automatic step had before it was shortened because it created energy [s];
   // 0: none. Later steps grow faster than usual until one of them has this length, or until their
-  // error or dissipation limits their growth. The stepper writes it.
+  // error or numerical damping limits their growth. The stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // do not increase until forget_all() removes them. The asynchronous integrator writes them.

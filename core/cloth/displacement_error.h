@@ -1,5 +1,5 @@
 // Error of a displacement of cloth: the part of the strain that a model linear in the displacement
-// neglects, and the energy of this strain.
+// neglects, and the energy of this strain. Also the numerical damping of a step.
 #pragma once
 
 #include <vector>
@@ -25,7 +25,7 @@ struct StepError {
   double energy = 0.0;
 };
 
-// Damping of one cloth by implicit Euler.
+// Numerical damping of one cloth by implicit Euler.
 struct Damping {
   double rate = 0.0;  // rate at which energy is removed, relative to the energy of the cloth [1/s]
   // √(L / g), where L is the square root of the rest area and g the gravitational acceleration [s];
@@ -33,8 +33,9 @@ struct Damping {
   double fall_time = 0.0;
 };
 
-// Evaluates the error of steps. Each rank evaluates its triangles (mesh_part.h), and block sums are
-// added in order. Results are therefore bitwise independent of the number of threads and ranks.
+// Evaluates the error and the numerical damping of steps. Each rank evaluates its triangles
+// (mesh_part.h), and block sums are added in order. Results are therefore bitwise independent of
+// the number of threads and ranks.
 class DisplacementError {
  public:
   // `gravity` is the magnitude of the gravitational acceleration [m/s^2].
@@ -46,7 +47,7 @@ class DisplacementError {
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the damping of each cloth in a step of length h [s]. In this step, implicit Euler
+  // Returns the numerical damping of cloths in a step of length h [s]. In this step, implicit Euler
   // removes the energy 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The
   // energy of a cloth is the sum of its kinetic energy (see StepError::energy), its membrane energy
   // and 1/2 M g L, where M is its mass and L the square root of its rest area. A cloth is omitted

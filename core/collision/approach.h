@@ -15,10 +15,12 @@ namespace loomstone {
 struct ApproachingPair {
   ContactKind kind;
   PairKey key;
-  Index pair;            // index of the surface pair
-  bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
-  double wake = 0.0;     // earliest time in the step when it may be closer than its thickness [s]
-  std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
+  Index pair;    // index of the surface pair
+  bool contact;  // the pair is a contact at the start of the step, see ApproachSearch
+  // Earliest time in the step when the pair may be closer than its thickness and, if it consists of
+  // two edges, its closest points may lie inside both [s].
+  double wake = 0.0;
+  std::int8_t side = 0;  // side_of() at the start if ClosestPair::interior is true; 0: unknown
   // Unit vector at the start from the closest point of the second feature to that of the first, or
   // zero if these points coincide.
   Vec3 normal = Vec3::Zero();

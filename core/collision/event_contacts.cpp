@@ -243,7 +243,7 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& motion)
   std::vector<Index>& due = due_[tick];
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
-  // begin() and each earlier tick have added their pairs in ascending order.
+  // begin() and each earlier call of act() have added their pairs in ascending order.
   merge_runs(due, ascending_runs(due), std::less<>());
   place_bodies(motion);
   all_placed_ = 4 * static_cast<Index>(due.size()) > motion_->x0.rows();

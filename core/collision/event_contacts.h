@@ -33,11 +33,11 @@ class EventContacts {
   // Sets the pairs to evaluate in a step. Vertices of obstacles follow the expected motion. The
   // arrays of `motion` must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins or repeats the step, which is divided into n_ticks equal ticks. `n_ticks` is 0 if the
-  // events come from a queue.
+  // Begins or repeats the step, which is divided into n_ticks ticks of equal length. `n_ticks` is 0
+  // if the events come from a queue.
   void begin(Index n_ticks);
-  // Evaluates the pairs that are due at a tick and applies their impulses. All events of vertices
-  // lie at ticks.
+  // Evaluates the pairs that are due at the start of a tick and applies their impulses. All events
+  // of vertices lie at boundaries of ticks.
   void act(const Team& team, Index tick, const EventMotion& motion);
   // Evaluates, at an event of a queue, the due pairs that contain a free cloth vertex in
   // `vertices`, and applies their impulses.
@@ -61,7 +61,7 @@ class EventContacts {
     double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
   };
   void begin_queue();
-  // A rigid body at the current tick or event.
+  // A rigid body at the start of the current tick, or at the current event of a queue.
   struct PlacedBody {
     EventBody body;
     Mat3 turn;  // rotation since the start of the step
@@ -91,7 +91,8 @@ class EventContacts {
   // (pairs) Contact normal at the last evaluation or, before the first one, at the start.
   std::vector<Vec3> normal_;
   Index n_ticks_ = 1;
-  std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
+  // (n_ticks + 1) Pairs due at the start of each tick; last entry: pairs not due in this step.
+  std::vector<std::vector<Index>> due_;
   // Used with a queue: the pairs of each free cloth vertex, the time from which each pair is due
   // [s], and the pairs of the current event.
   std::vector<std::vector<Index>> pairs_of_;
@@ -100,7 +101,8 @@ class EventContacts {
   EventWork work_;
   std::vector<Event> events_;
   std::vector<double> next_;  // scratch: time of the next evaluation of each due pair [ticks]
-  Points placed_;  // scratch: positions of all vertices at the current tick [m], if all_placed_
+  // Scratch: positions of all vertices at the start of the current tick [m], if all_placed_.
+  Points placed_;
   bool all_placed_ = false;  // placed_ is set for the current tick
   std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;

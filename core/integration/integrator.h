@@ -70,7 +70,8 @@ struct StepInputs {
   const Points* target = nullptr;
   // True, on all ranks, if implicit schemes must take the step by backward Euler. This is so if a
   // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
-  // BDF-2 would throw the cloth back, or if the scheme has gained energy (see has_gained()).
+  // BDF-2 would throw the cloth back, or if the scheme has gained energy (see has_gained() in
+  // core/sim/step/energy_account.h).
   bool damped = false;
   // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
   // then does without its history, because forces that act on cloth by BDF-2 and on bodies by

@@ -152,7 +152,7 @@ class LinearisedIntegrator final : public Integrator {
     displacement_.row(row) = moved;
   }
 
-  // Sets u0, the initial guess of dv, and the loads. For prescribed vertices, dv changes the
+  // Sets u0, the loads and the initial guess of dv. For prescribed vertices, dv changes the
   // velocity to the mean velocity of the motion to the target.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
@@ -217,9 +217,9 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Returns the motion whose strain the geometric stiffness omits, so that its stress is the one
-  // that the linear model of the last step contained: at the middle of the step for midpoint, and
-  // at its end otherwise. Stress from strain that this model neglects would resist rotation.
+  // Returns the motion whose neglected strain (1/2 dF^T dF) the geometric stiffness omits. Its
+  // stress is then that of the linear model of the last step: at the middle of the last step for
+  // midpoint, and at its end otherwise. Stress from the neglected strain would resist rotation.
   PastMotion past_motion(const ClothState& state, Scheme scheme) {
     if (!corrects_stress_) return {};
     if (scheme_ == Scheme::BackwardEuler) {

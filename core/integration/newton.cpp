@@ -18,15 +18,15 @@ namespace loomstone {
 
 namespace {
 
-// Friction limits are updated when the residual falls to this fraction of its initial value or to
-// the tolerance.
+// Friction limits are updated once, when the residual has fallen to this fraction of its initial
+// value or to the tolerance, whichever is larger.
 constexpr double roughly_known = 0.1;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
-// A residual that no step lowers is accepted if both the residual and `default_tolerance` times its
-// scale are at most `rounding_tolerance` times its rounding error. Our choice: residuals that no
-// step lowers are one to three times the rounding error.
+// A residual that no Newton step lowers is accepted if both the residual and `default_tolerance`
+// times its scale are at most `rounding_tolerance` times its rounding error. Our choice: residuals
+// that no Newton step lowers are one to three times the rounding error.
 constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {
@@ -131,11 +131,11 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual is at most the tolerance times `scale`, or until no step lowers it
-  // and it is accepted as a rounding error (see rounding_tolerance). The latter can happen without
-  // loads, where `scale` may itself be a rounding error. Friction limits use the normal forces at
-  // the start of the step until the residual has fallen as roughly_known describes. Throws
-  // NewtonFailure if the iteration does not converge.
+  // Iterates until the residual is at most the tolerance times `scale`, or until no Newton step
+  // lowers it and it is accepted as a rounding error (see rounding_tolerance). The latter can
+  // happen without loads, where `scale` may itself be a rounding error. Friction limits use the
+  // normal forces at the start of the time step until the residual has fallen as roughly_known
+  // describes. Throws NewtonFailure if the iteration does not converge.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -198,7 +198,7 @@ class NewtonIntegrator final : public Integrator {
 
   // If the full Newton step was accepted, doubles it as long as the potential decreases. Near a
   // saddle of the potential, the positive Jacobian is far too stiff along the unstable mode, so
-  // every step would be too short.
+  // every Newton step would be too short.
   void go_further(const Step& step) {
     if (length_ < 1.0) return;
     const Points origin = trial_.velocity;

@@ -200,7 +200,7 @@ void AggregationMultigrid::factorise() {
   usable_ = coarsest_.info() == Eigen::Success;
 }
 
-// Sets the slots of the owned rows and of the rows of the halo.
+// Sets the slots (see n_slots()) of the owned rows and of the rows of `halo`.
 void AggregationMultigrid::set_slots(const LinearSystem& system, const Halo& halo) {
   const RowLayout& layout = *system.layout;
   slot_.resize(layout.n_rows());

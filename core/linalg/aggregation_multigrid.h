@@ -49,8 +49,9 @@ class AggregationMultigrid {
   // In that case there is no correction.
   bool usable() const { return usable_; }
 
-  // Number of slots. Each aggregate has one slot. Each block of rows has one additional slot, for
-  // its rows that are summed in no aggregate (fixed rows, bodies).
+  // Number of slots, which are not those of SlicedEllpack. Each aggregate has one slot. Each block
+  // of rows has one additional slot, for its rows that are summed in no aggregate (fixed rows,
+  // bodies) and for the empty lanes of its slices.
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
@@ -66,7 +67,7 @@ class AggregationMultigrid {
   // Allocates the vectors in double precision.
   void widen();
 
-  // Exchanges the halo of a vector of slots. The exchange must be started and finished on all
+  // Exchanges the halo of a vector (slots x 4). The exchange must be started and finished on all
   // ranks. Other operations of the communicator may be started in between. finish_exchange() must
   // follow Communicator::finish().
   template <class Scalar>

@@ -23,9 +23,9 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
   }
 }
 
-// Copies n slots of eight blocks each from `matrix` to `values`. `sources` contains the index of
-// each block in `matrix`, or -1 for a zero block. Adds the blocks of each lane to `sums`, which has
-// one vector for each of the 9 entries of a block.
+// Copies n slots (sliced_ellpack.h) of eight blocks each from `matrix` to `values`. `sources`
+// contains the index of each block in `matrix`, or -1 for a zero block. Adds the blocks of each
+// lane to `sums`, which has one vector for each of the 9 entries of a block.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
                                  Scalar* values, Lanes sums[9]) {
@@ -56,10 +56,10 @@ LOOMSTONE_INLINE MaskOf<Lanes> scalar_lanes(const Lanes r[9]) {
 }
 
 // Copies the off-diagonal blocks of a slice to `values`. The sum R of each row is its diagonal
-// block in `sums` plus these blocks. If the R of a row is a multiple of the identity up to rounding
-// to Scalar, it is replaced by an exact multiple, independently of the other rows. If all eight R
-// are such multiples, writes only their factors to `out` and returns true. Otherwise writes all
-// entries of the eight R to `out` and returns false.
+// block in `sums` plus its off-diagonal blocks. If the R of a row is a multiple of the identity up
+// to rounding to Scalar, it is replaced by an exact multiple, independently of the other rows. If
+// all eight R are such multiples, writes only their factors to `out` and returns true. Otherwise
+// writes all entries of the eight R to `out` and returns false.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {

@@ -43,7 +43,7 @@ class CouplingMatrix {
   std::size_t bytes() const { return bytes_of(values_, sums_, scalar_sum_); }
 
  private:
-  std::vector<Scalar> values_;  // (slots x 9 x 8) off-diagonal blocks, column-major
+  std::vector<Scalar> values_;  // (slots of the slices x 9 x 8) off-diagonal blocks, column-major
   std::vector<Scalar> sums_;    // (slices x 9 x 8) row sums R
   // (slices) 1: all R of the slice are multiples of the identity. Then only the first eight numbers
   // of the slice in sums_ are used, which are the factors of the identity.

@@ -16,8 +16,8 @@ constexpr Index chunks_a_task = 8;             // minimum work of a task: about 
 constexpr Index chunks_of_product_a_task = 2;  // minimum work of a product task: 256 nodes
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
 // nodes, because the eigenvalues of D^-1 A, with the diagonal blocks D, are then below four. For
-// elements that couple more nodes, convergence is not guaranteed. If a V-cycle is indefinite, its
-// correction is dropped.
+// elements or terms that couple more nodes, convergence is not guaranteed. If a V-cycle is
+// indefinite, its correction is dropped.
 constexpr double damping = 0.5;
 
 std::size_t node_at(Index node) { return 4 * static_cast<std::size_t>(node); }

@@ -1,7 +1,7 @@
-// A level of aggregation multigrid: its matrix, the vectors of a V-cycle, and the operations on
-// them. The next level is the coarser one. A rank computes a range of the nodes of a level, which
-// is the whole level if the level is replicated. Vectors have four numbers per node, of which the
-// fourth is zero.
+// A level of aggregation multigrid: its matrix with one row per node (coarse unknown), the vectors
+// of a V-cycle, and the operations on them. The next level is the coarser one. A rank computes a
+// range of the nodes of a level, which is the whole level if the level is replicated. Vectors have
+// four numbers per node, of which the fourth is zero.
 #pragma once
 
 #include <utility>

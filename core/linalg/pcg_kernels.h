@@ -13,8 +13,9 @@ namespace loomstone::pcg {
 // is set if block l is not positive definite.
 unsigned invert(double* blocks);
 
-// Adds the rows of slices [first, last) of v to the sums of their slots. Lane l of slice s has slot
-// slots[8 s + l]. `sums` has four numbers per slot.
+// Adds the rows of slices [first, last) of v to the sums of their slots. Slots are those of
+// AggregationMultigrid here and below. Lane l of slice s has slot slots[8 s + l]. `sums` has four
+// numbers per slot.
 void add_up(Index first, Index last, const Index* slots, const float* v, float* sums);
 void add_up(Index first, Index last, const Index* slots, const double* v, double* sums);
 

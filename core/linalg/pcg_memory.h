@@ -62,9 +62,9 @@ struct PcgMemory {
   std::vector<double> x, residual;
   // The larger of least_norm() and the norm of the residual for x = 0 on free rows.
   double b_norm = 0.0;
-  // True if a tolerance that is looser than the solver's own ended the iteration of the last solve
-  // in single precision. x, b_norm, terms and the vectors of `single` then belong to the last step
-  // of that solve.
+  // True if the last solve ended in single precision, by a tolerance that is looser than the
+  // solver's own. x, b_norm, terms and the vectors of `single` then belong to the last step of that
+  // solve.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };

@@ -48,9 +48,10 @@ class Preconditioner {
   // Returns whether there is a multigrid correction. complete() drops it if a V-cycle is
   // indefinite.
   bool has_correction() const { return uses_levels_; }
-  // Returns the correction to add to z, with four numbers per slot, or null if there is none.
+  // Returns the correction to add to z, with four numbers per slot of AggregationMultigrid, or null
+  // if there is none.
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
-  // (slices x 8) slot of each row in correction().
+  // (slices x 8) Slot of each lane in correction().
   const Index* slots() const { return slots_.data(); }
 
   // Sums the residual r of slices [first, last) into the residual of the coarse levels. The slices

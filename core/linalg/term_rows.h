@@ -49,7 +49,8 @@ class TermRows {
     Index row, arm;  // arm: index in arms_, or -1
     double weight;
   };
-  // A term's entry in a given row. Each row reads its slots in the order of the terms.
+  // A slot of this class: a term's entry in a given row. Each row reads its slots in the order of
+  // the terms.
   struct Slot {
     Index term, arm;
     double weight;

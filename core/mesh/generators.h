@@ -28,7 +28,7 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
 // Grid with nearly square cells and `cells_across` cells across its width.
 TriangleMesh strip(double length, double width, Index cells_across,
                    const std::string& pattern = "alternating");
-// Disc of six sectors and `rings` concentric rings, with 6 rings^2 triangles. Vertex 0 is the
+// Disc of six sectors and `rings` concentric rings, with 6 * rings^2 triangles. Vertex 0 is the
 // centre.
 TriangleMesh disc(double radius, Index rings);
 

@@ -35,6 +35,8 @@ class TriangleMesh {
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
                      double scale = 1.0) const;  // uv do not change
+  // Vertex i of the result is vertex vertex_order[i] of this mesh, and triangle t is triangle
+  // triangle_order[t]. The rows of uv keep their order.
   TriangleMesh reordered(const std::vector<Index>& vertex_order,
                          const std::vector<Index>& triangle_order) const;
 

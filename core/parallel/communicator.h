@@ -42,7 +42,7 @@ class Communicator {
 
   // The next three functions start operations, and finish() completes all of them. Until then, the
   // data must stay in place and must not be used. Several operations can be incomplete at a time,
-  // but only one start_gather().
+  // but at most one of them may be a gather.
 
   // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
   // receives all other bytes.

@@ -2,7 +2,7 @@
 // and callers use the axes of the mesh with the origin at the centre of mass.
 //
 // A body in a bearing has an inverse moment of inertia about its axis only, and this axis is the
-// first axis of Bullet's body frame. Its inverse mass is nearly zero.
+// first axis of Bullet's body frame. The inverse mass of such a body is nearly zero.
 //
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
 // new world in the same order and restores the saved contact points. A run that saves its state and

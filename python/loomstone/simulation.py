@@ -47,7 +47,7 @@ class Simulation(_core.Simulation):
     threads : largest number of threads; 0: the number in the environment variable OMP_NUM_THREADS
         or, without it, one for each processor. While other programs keep the processors busy, a
         single rank uses one thread, unless OMP_WAIT_POLICY is passive. Results do not depend on the
-        number.
+        number of threads.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array of the cloth is assigned
@@ -195,8 +195,9 @@ class Simulation(_core.Simulation):
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
         that `loomstone resume` can continue the run if it has no `control`. Raises CacheError if
         the directory cannot be used, for example while another process writes a run into it.
-        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt (`signal`: the
-        number) once a checkpoint is written or after 10 s, and at once after a further Ctrl-C.
+        After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt once a
+        checkpoint is written or after 10 s, and at once after a further Ctrl-C. The attribute
+        `signal` of this exception is the number of the signal.
         """
         look = _look(render, Path(out) if resume else None)
         _check_run(compression, record_tasks, control)

@@ -37,7 +37,10 @@ def edges_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def overlapping(sim: ls.Simulation, step: float, factor: float, margin: float) -> int:
-    """Counts the pairs that involve cloth and whose 18-DOPs overlap over the next step."""
+    """Counts the pairs that involve cloth and whose 18-DOPs overlap over the next step.
+
+    The 18-DOPs enclose motion at `factor` times the velocity, and grow by half of `margin` [m].
+    """
     frame, topology = sim.frame(), sim.topology
     x = np.vstack([frame.positions, frame.body_vertices])
     n_cloth = len(frame.positions)

@@ -325,8 +325,9 @@ def torn(limit: float) -> ls.Scene:
 
 
 def pushed(speed: float = 0.6) -> ls.Scene:
-    """A ribbon of 1 m on a table, beyond whose edge one end reaches by 0.1 m. From the start, the
-    other end is pushed at `speed` [m/s]. The ribbon buckles, and slides farther over the edge.
+    """A ribbon of 1 m on a table. One end reaches 0.1 m beyond the edge of the table. From the
+    start, the other end is pushed at `speed` [m/s]. The ribbon buckles, and slides farther over the
+    edge.
     """
     flat = ls.grid(size=(0.06, 1.0), triangles=1200).moved((0, 0, 0.302))
     end = np.flatnonzero(flat.vertices[:, 1] > 0.499)

@@ -1,5 +1,5 @@
-"""Live view of the drape: pictures per second and simulated time over elapsed time, with the page
-open in a headless Chromium.
+"""Live view of the drape: pictures per second, and the ratio of simulated to elapsed time, with the
+page open in a headless Chromium.
 
     python tests/benchmarks/live_view.py [--triangles 3600 --threads 0 --spans 3 --span 10]
 

@@ -4,9 +4,9 @@
     OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000]
             [--tolerance 1e-4] [--threads 1]
 
-Computes the field at every dipole of a lattice and the force on it. Positions are jittered by up to
-half the lattice spacing, and moments are random. Prints the processor time (the minimum of the
-repeats) and the root-mean-square error of the force on 200 dipoles, relative to the root mean
+Computes the field at each dipole of a lattice and the force on each dipole. Positions are jittered
+by up to half the lattice spacing, and moments are random. Prints the processor time (the minimum of
+the repeats) and the root-mean-square error of the force on 200 dipoles, relative to the root mean
 square of the force. The columns of fmm3dpy are left out if it is not installed.
 """
 

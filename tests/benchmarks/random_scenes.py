@@ -10,8 +10,8 @@ size, speed by 500. In a `mixture`, up to three cloths meet bodies, magnets, coi
 obstacles that move. A scene is listed if it is refused (for example because cloths intersect at the
 start), or if
 
-- a step fails, or an impact remains or triangles intersect before a script has forced any
-  triangles to intersect;
+- a step fails;
+- an impact remains or triangles intersect, before a script has forced any triangles to intersect;
 - the balance of energy with contacts rises by more than --tolerance of the largest kinetic energy
   or of the work of scripts, whichever is larger;
 - the solve creates more energy than initial motion, gravity, scripts and loads supply, even if
@@ -19,7 +19,7 @@ start), or if
 - or a step takes longer than --longest.
 
 A run stops after --wall seconds, even if its simulated time is not over. The exit status is 1 if
-the first item of this list applies to any scene.
+the first or the second item of this list applies to any scene.
 """
 
 import argparse

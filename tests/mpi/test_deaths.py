@@ -33,8 +33,8 @@ def run(scene, out, fault, by=0, n=2, timeout="60"):
 @needs_mpirun
 @pytest.mark.parametrize("by", [0, 1])
 def test_a_stopped_rank_is_named_with_its_host_and_ends_the_job(scene, tmp_path, by):
-    # mpirun may end before it has forwarded the last sentence of a rank that it has killed, if the
-    # machine is busy.
+    # On a busy machine, mpirun may end before it has forwarded the last sentence of a rank that it
+    # has killed.
     for attempt in range(3):
         out = tmp_path / f"out{attempt}"
         done = run(scene, out, "SIGSTOP", by, timeout="1")

@@ -1,5 +1,5 @@
-"""A failure on one rank is a failure on all: the same error, no deadlock, and files that can be
-read and resumed.
+"""A failure on one rank is a failure on all: the same error, no deadlock, and files from which the
+run can be read and resumed.
 """
 
 import os

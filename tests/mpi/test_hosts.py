@@ -1,5 +1,6 @@
-"""A run on three hosts loses one of them and continues on two, and a sweep gives the runs of a lost
-worker to another. The hosts are network namespaces of this machine with addresses of their own.
+"""A run on three hosts loses one of them and continues on two, and a parameter sweep gives the runs
+of a lost worker to another. The hosts are network namespaces of this machine with addresses of
+their own.
 """
 
 import csv

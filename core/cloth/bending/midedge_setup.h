@@ -16,10 +16,10 @@
 
 namespace loomstone::midedge {
 
-// Bending element of one triangle. Except for the part that slopes at boundary edges cause, the
-// difference between the curvature of the triangle and its curvature at rest, in weft/warp axes, is
-// the sum of curvature[s] * (theta - rest)[hinge[s]] over s, with the hinge angles theta and their
-// rest angles. `rigidity` accounts for the excepted part.
+// Bending element of one triangle. The change of its curvature from rest, in weft/warp axes, has
+// two parts. One is the sum of curvature[s] * (theta - rest)[hinge[s]] over s, with the hinge
+// angles theta and their rest angles. The other is caused by the slopes at boundary edges;
+// `rigidity` accounts for it.
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};

@@ -8,14 +8,14 @@ struct StiffnessScales {
   double elastic = 1.0, viscous = 0.0;
 };
 
-// Positive: K is positive semi-definite, because the geometric stiffness of the membrane uses the
-// positive part of the stress and that of bending is omitted.
+// Positive: K is positive semi-definite, because the geometric stiffness of the membrane uses only
+// the positive part of the stress, and the geometric stiffness of bending is omitted.
 enum class JacobianKind { Exact, Positive };
 
-// The motion dx in the last step, and the strain that determines the stress in the geometric
-// stiffness: that at `at`, without 1/2 dF^T dF, where dF is the gradient of `step` times `motion`.
-// If the omitted strain exceeds a bound, it is scaled down to the bound (see past_strain() in
-// membrane_kernels.cpp).
+// The motion dx in the last step. The stress in the geometric stiffness of the membrane follows
+// from the Green strain at positions `at` without the strain 1/2 dF^T dF (M41), where dF is the
+// gradient of `step` times `motion`. If the omitted strain exceeds a bound, it is scaled down to
+// the bound (see past_strain() in membrane_kernels.cpp).
 struct PastMotion {
   const double* motion = nullptr;  // (n x 3) dx [m], or a velocity [m/s]; null: omits nothing
   double step = 0.0;               // factor of `motion`: [1], or a time [s]

@@ -67,9 +67,9 @@ class PairSearch {
     }
   }
 
-  // Calls visit(kind, first, second), with the ids of the features, for each pair of features of
-  // clusters a and b that share no vertex and whose boxes overlap if one of them is widened by
-  // `reach` [m].
+  // Calls visit(kind, first, second) for each pair of features of clusters a and b that share no
+  // vertex and whose boxes overlap if one of them is widened by `reach` [m]. For a vertex and a
+  // face, `first` is the id of the vertex. For two edges, it is the smaller id.
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -1,6 +1,6 @@
 // Refit of the node boxes of cluster trees by several ranks. Each rank computes the boxes of a part
-// of the clusters. All ranks then receive the boxes of all clusters and compute those of the nodes.
-// For trees with few clusters, every rank computes all boxes.
+// of the clusters. All ranks then receive the boxes of all clusters and compute those of the nodes
+// above them. For trees with few clusters, every rank computes all boxes.
 #pragma once
 
 #include <vector>

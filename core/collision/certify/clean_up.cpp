@@ -10,8 +10,9 @@ namespace {
 
 // Target gap after clean-up, as a fraction of the thickness. Our choice. For contacts of cloth with
 // bodies and obstacles, each further round multiplies the target by `next_target`, down to twice
-// the gap floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay constant. A
-// target is at most the distance at the start or twice the gap floor, whichever is larger.
+// CollisionModel::gap_floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay
+// constant. A target is at most the distance at the start or twice CollisionModel::gap_floor,
+// whichever is larger.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
 // Tolerance of Impulses::solve(), relative to the target gap with which a contact was added.

@@ -13,7 +13,7 @@
 namespace loomstone {
 
 struct CollisionSurface {
-  enum class Kind { Cloth, Body, Script };
+  enum class Kind { Cloth, Body, Script };  // Script: obstacle
   std::string name;
   Kind kind = Kind::Cloth;
   Index first_vertex = 0, n_vertices = 0;

@@ -69,9 +69,9 @@ class ContactTerms {
   const BinnedSum& energy() const { return energy_; }
 
   // Updates the first size() entries of `terms` to the normal and friction forces after the rows
-  // have moved by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces
-  // [J]. For constant friction limits, the forces derive from this energy. TermRequest::NewLimits
-  // recomputes the limits.
+  // have moved by `displacement` (rows x 3) [m, rad] in `time` [s]. Returns the energy of these
+  // forces [J]. For constant friction limits, the forces derive from this energy.
+  // TermRequest::NewLimits recomputes the limits.
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
@@ -79,10 +79,10 @@ class ContactTerms {
   // gives the friction limit. The slip after `displacement` gives the friction force and its secant
   // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. If a
   // contact has pulled, its normal stiffness is the secant stiffness up to the larger of two gaps:
-  // that after `displacement` and that after the predicted motion. With `keep_normal`, other normal
-  // forces do not change. Returns the sums of ContactError over terms that count. The error refers
-  // to the forces that `terms` had before the call. `inverse_mass` of cloth rows [1/kg] is used to
-  // predict the slip of contacts whose friction was too large.
+  // that after `displacement` and that after the predicted motion. With `keep_normal`, normal
+  // forces change only in contacts that have pulled. Returns the sums of ContactError over terms
+  // that count. The error refers to the forces that `terms` had before the call. `inverse_mass` of
+  // cloth rows [1/kg] is used to predict the slip of contacts whose friction was too large.
   ContactError forces_after(const Team& team, const Points& displacement, double time,
                             const Vector& inverse_mass, bool keep_normal, ExtraTerms& terms) const;
 

@@ -61,7 +61,7 @@ class ContactSelection {
   // Returns the kept contacts. They are sorted if the contacts of each rank in `found` are sorted.
   std::vector<FoundContact> kept(const CollisionModel& model, const Gathered<FoundContact>& found);
   // Returns the totals of `found`, the contacts of all ranks. ContactTotals::n counts all contacts
-  // of a vertex with one smooth surface as one.
+  // of a vertex with one smooth surface (CollisionSurface::smooth) as one.
   ContactTotals totals(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        const std::vector<FoundContact>& found) const;
   IndexRange rows() const { return rows_; }

@@ -1,5 +1,5 @@
-// Vertex normals of smooth surfaces. The normals of a surface are computed again only if it has
-// moved.
+// Vertex normals of smooth surfaces (CollisionSurface::smooth). The normals of a surface are
+// computed again only if it has moved.
 #pragma once
 
 #include "core/base/bytes.h"

@@ -1,6 +1,6 @@
 // Membrane whose triangles are sorted by the levels of nested steps, finest first. Each level is a
-// range of batches. The triangles that have an event at a tick are those of the finest levels, so
-// they form the first batches.
+// range of batches of eight triangles. The triangles that have an event at the same time are those
+// of the finest levels, so they form the first batches.
 #pragma once
 
 #include <vector>

@@ -28,7 +28,8 @@ Index choose_base(double interval, const Vector& membrane, const Vector& bending
 //   kick(first, half)        applies the impulses of these forces over the steps of their levels;
 //                            `half`: half the impulses
 //   drift(first, tick)       moves each vertex whose finest level is >= first for one step of its
-//                            finest level
+//                            finest level; `tick`: number of steps of the level `finest` since the
+//                            start of the interval
 // If forces depend on positions only, the half kicks at both ends make the scheme symmetric in time
 // and of order 2.
 template <class System>

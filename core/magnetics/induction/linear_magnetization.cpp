@@ -41,8 +41,8 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
 
 // Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
 // rotates the z axes of pairs of spheres onto their line of centres, because translations along z
-// are cheap. Pairs with the smallest gap, divided by the radius of the first sphere, are preferred,
-// and each sphere belongs to at most one pair.
+// are cheap. Pairs with a smaller ratio of the gap to the radius of the first sphere are
+// preferred, and each sphere belongs to at most one pair.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {

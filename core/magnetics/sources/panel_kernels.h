@@ -15,7 +15,7 @@ namespace loomstone::panel_kernels {
 //   number of triangles, number of edges,
 //   2 triangles: corners, normal, twice the area,
 //   4 edges: two ends, length, normal of the edge in the plane,
-//   4 points: position, area that the point represents / 4 pi.
+//   4 points: position, and the area that the point represents, divided by 4 pi.
 inline constexpr int triangles_at = 6, triangle_stride = 13,
                      edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
                      points_at = edges_at + 4 * edge_stride, stride = points_at + 16;

@@ -36,7 +36,7 @@ using SourcePtr = std::shared_ptr<const Source>;
 // |z| <= length / 2.
 struct CircularWinding {
   double radius, length;  // [m]
-  double current;         // total current of a loop [A], current per length of a sheet [A/m]
+  double current;         // total current of a loop [A], or current per length of a sheet [A/m]
   double turn_current;    // current in each turn [A]
 };
 

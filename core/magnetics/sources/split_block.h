@@ -1,4 +1,4 @@
-// Partitions a block of points by a predicate, so that all lanes of a kernel take the same branch.
+// Splits a block of points by a predicate, so that all lanes of a kernel take the same branch.
 // Results are scattered back to the original order.
 #pragma once
 

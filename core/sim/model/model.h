@@ -31,14 +31,14 @@ struct Model {
   struct PinScript {  // scripted positions of the pins of one cloth
     std::vector<Index> rows;
     std::vector<double> times;
-    Points positions;  // (times * rows x 3) [m]
+    Points positions;  // (times * rows x 3) [m], all rows of one time together
   };
 
   Scene scene;
   ClothModel cloth;
   CollisionModel collision;
   FrameTopology topology;            // without the cloth tables that frame_topology() adds
-  std::vector<Index> row_of_vertex;  // row of each cloth vertex in the user's order
+  std::vector<Index> row_of_vertex;  // row of each cloth vertex; vertices in the user's order
   std::vector<Index> triangle_of;    // user's index of each internal triangle
   std::vector<PinScript> scripts;
   std::vector<Surface> bodies, obstacles;

@@ -16,10 +16,10 @@ namespace loomstone {
 // from the current position to the user's target. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Returns the pose of an obstacle's mesh at `time`, which follows from its keyframes or, without
-// keyframes, is the identity. If the user has set a pose, returns instead the pose at the fraction
-// `share` of the motion from the current pose to the user's pose, or the user's pose itself if the
-// mesh is currently deformed.
+// Returns the pose of an obstacle's mesh at `time`. It follows from the obstacle's keyframes;
+// without keyframes, it is the identity. If the user has set a pose, returns instead the pose at
+// the fraction `share` of the motion from the current pose to the user's pose, or the user's pose
+// itself if the mesh is currently deformed.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 

@@ -112,7 +112,7 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
 }
 
 // Reads `external_force` and `pin_target` into `s`, which is copied to `state` later. If a stored
-// table has values other than +0, `state` gets rows for it. If it has only such zeros and `state`
+// table has values other than +0, `state` gets rows for it. If all its values are +0 and `state`
 // has no rows for it, `s` has none either.
 void get_user_rows(const Checkpoint& c, State& s, State& state) {
   get(c, "external_force", s.external_force, state.cloth.x);

@@ -79,7 +79,7 @@ struct Cloth {
   }
 };
 
-// Description of an obstacle. It is static, moves by keyframes or deforms by a vertex sequence.
+// Description of an obstacle. It is static, moves by keyframes or deforms by `vertex_positions`.
 struct Obstacle {
   std::string name;
   bool numbered = false;  // a number is appended to its name if another surface has this name

@@ -26,10 +26,10 @@ constexpr double gain_tolerance = 0.02;
 // (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For the gain of everything but contacts in a part, the scale is at least this fraction of the
-// work of scripts in the part. For the gain since the account began (see share_of_rise), it is at
-// least this fraction of the larger of the works of scripts and of loads since then. Our choice:
-// with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps its long steps, and pushed cloth
-// gains at most 0.02 of the largest kinetic energy.
+// work of scripts in the part. For the gain since the account began (see share_of_rise), the
+// scale is at least this fraction of the work of scripts or of the work of loads since then,
+// whichever is larger. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps
+// its long steps, and pushed cloth gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
 // Energy that may vanish in a part with implicit Euler while scripts do at least as much work, as a
 // fraction of the scale of gain_tolerance or of the elastic energy, whichever is larger. The

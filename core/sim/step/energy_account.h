@@ -39,28 +39,37 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // Returns the result of an attempt at a part. If more energy has been created or lost than is
 // tolerated, it contains the length to which the part must be shortened. Checks only asynchronous
 // steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps whose solve
-// includes contacts.
+// includes contacts. know_contacts() should have been called; otherwise contacts are found again.
+//
 // In implicit steps, a part is halved if everything but contacts has gained too much in it, beyond
 // the work of scripts and loads, the energy that contacts have lost, and the energy that sweeps of
 // strain limiting have added. It is also halved if everything but contacts has gained more than is
-// tolerated since the account began, some of it in the part. Contacts create energy if surfaces
-// approach each other within a part, because the contact force begins only at the end of the part.
-// By then, the surfaces may be much closer than their thickness. The part is shortened if the
-// energy of contacts has risen in it by more than is tolerated and if, since the account began, all
-// energy minus the work of scripts and loads has also risen by more than is tolerated. In the
-// shortened part, this second rise is expected to be at most half of the tolerated energy, unless
-// the part has the shortest permitted length. The tolerated energy is a fraction of the largest
-// kinetic energy so far or of the energy of contacts at the start of the part, whichever is larger,
-// because scripted surfaces may compress cloth that is at rest. If the step is not automatic and
-// scripted surfaces move, no part is shortened to less than a quarter of the step. In shorter
-// parts, impacts between cloth and scripted surfaces that approach the cloth quickly remain
-// unresolved. know_contacts() should have been called; otherwise contacts are found again. With
-// implicit Euler, a part is also halved if too much of the work that scripts did in it has
-// vanished, unless limit phases may store it or scripted surfaces move in given steps: the plane of
-// a contact stays the same within a part, so contacts hold back cloth that slides over an edge. In
-// asynchronous steps, certification creates energy if it stretches cloth at impacts that events
+// tolerated since the account began, some of it in the part. Parts of schemes without damping are
+// not checked if limit phases may store energy, unless contacts have more than the tolerated
+// energy.
+//
+// Contacts create energy if surfaces approach each other within a part, because the contact force
+// begins only at the end of the part. By then, the surfaces may be much closer than their
+// thickness. The part is shortened if the energy of contacts has risen in it by more than is
+// tolerated and if, since the account began, all energy minus the work of scripts and loads has
+// also risen by more than is tolerated. In the shortened part, this second rise is expected to be
+// at most half of the tolerated energy, unless the part has the shortest permitted length. The
+// tolerated energy is a fraction of the largest kinetic energy so far or of the energy of contacts
+// at the start of the part, whichever is larger, because scripted surfaces may compress cloth that
+// is at rest.
+//
+// With implicit Euler, a part is also halved if too much of the work that scripts did in it has
+// vanished, unless limit phases may store it, or the step is not automatic and scripted surfaces
+// move. Such work vanishes where cloth slides over an edge: the plane of a contact stays the same
+// within a part, so contacts hold back the cloth.
+//
+// In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
 // unless the part has the shortest permitted length.
+//
+// If the step is not automatic and scripted surfaces move, no part is shortened to less than a
+// quarter of the step. In shorter parts, impacts between cloth and scripted surfaces that approach
+// the cloth quickly remain unresolved.
 PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

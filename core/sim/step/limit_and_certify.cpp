@@ -83,9 +83,9 @@ double scripted_speed(const StepContext& part, const Points& x0, const Points& x
 }
 
 // Returns the vertices of every cloth that sweeps must not move, because they would push it into
-// other surfaces. These are cloths that bodies load (sweeps ignore the mass of the body), and
-// cloths whose limits are forced (see NearContacts). Only the limit phases of the solve limit the
-// strain of these cloths.
+// other surfaces. Such a cloth is loaded by bodies (sweeps ignore the mass of the body), or its
+// limits are forced (see NearContacts). Only the limit phases of the solve limit the strain of
+// these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
   const CollisionModel& collision = model.collision;
   std::vector<std::uint8_t> loaded = loaded_by_bodies(model, near.totals);

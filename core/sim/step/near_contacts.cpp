@@ -14,7 +14,7 @@ namespace {
 // contact_stiffness(). Our choice. Without these forces, contacts are too soft: a body that is much
 // heavier than the cloth pushes through them, and certification stretches the cloth beyond its
 // limits, which then throw the body back. In a step, limit phases can exert forces much larger
-// than the load. If all of these counted, contacts would push cloth beyond its limits. With 0.001,
+// than the load. If these counted fully, contacts would push cloth beyond its limits. With 0.001,
 // no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic steps and in
 // steps of 1 to 10 ms (docs/experiments/strain_limits.md).
 constexpr double share_of_limit_forces = 0.001;

@@ -54,9 +54,9 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);
 
-// Returns, for each collision surface, 1 if it is a body or a cloth that bodies load: a cloth that
-// is attached to a body, or that touches a body or such a cloth, directly or through other cloth.
-// All other entries are 0.
+// Returns, for each collision surface, 1 if it is a body or a cloth that bodies load, otherwise 0.
+// Bodies load a cloth if it is attached to a body, touches a body, or touches another cloth that
+// bodies load.
 std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTotals& contacts);
 
 // Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.
@@ -64,7 +64,7 @@ std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTota
 double energy_at_end(const State& state, double time, const Engines& engines);
 
 // Returns the contacts in the present state, sorted by (kind, a, b); empty if the scene has no
-// cloth or no collision handling. All ranks must call this function.
+// cloth or no collision handling. Collective.
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by

@@ -16,8 +16,9 @@ namespace {
 // thickness in 1/64 of the largest step of 10 ms, but by 0.36 times its thickness in 1/256.
 constexpr double shortest_for_gain = 256.0;
 
-// Ratio of the largest step to the longest part that is not repeated if it loses work of scripts.
-// Our choice: shorter parts lose work, too, where a surface strikes cloth that is at rest.
+// Ratio of the largest step to the longest part that is not repeated if it loses too much of the
+// work of scripts. Our choice: shorter parts lose work, too, where a surface strikes cloth that is
+// at rest.
 constexpr int shortest_for_loss = 16;
 
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }

@@ -18,7 +18,7 @@ struct StepChoice {
 };
 
 // Chooses the lengths of steps for the given options and the state at the start. Throws
-// InvalidInput if the step of an implicit scheme is "auto" but its accuracy is not given.
+// InvalidInput if the step of an implicit scheme is "auto" but its accuracy is None.
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
 
 // Returns the largest length with which an explicit scheme is expected to be stable from the start

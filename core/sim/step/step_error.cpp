@@ -28,9 +28,10 @@ constexpr double expected_in_parts = 2.0;
 constexpr double expected_in_steps = 0.7;
 // Length of a repeated part, as a fraction of the length that the error allows.
 constexpr double safety = 0.8;
-// Largest ratios of the lengths of an automatic step and the preceding one: without contacts, with
-// contacts or much damping, and after contacts that created energy have shortened steps (see
-// ClothState::settled_step). Our choice.
+// Largest ratios of the lengths of an automatic step and the preceding one: `growth_to_settled`
+// after contacts that created energy have shortened steps (see ClothState::settled_step),
+// `slow_growth` otherwise if there are contacts or much damping, and `growth` in all other cases.
+// Our choice.
 constexpr double growth = 1.5, slow_growth = 1.25, growth_to_settled = 2.0;
 // Largest Damping::rate in automatic steps of implicit Euler [1/s], if the accuracy is 1. Our
 // choice. This bound does not shorten steps below three tenths of the largest step, because motion

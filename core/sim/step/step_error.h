@@ -21,10 +21,10 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // length that the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the length that the error is expected to allow for the next part of a step that is not
-// automatic, in 64ths of the step (see StepPart). `part` is this next part as planned, and the
-// result is at most its length. The error is estimated from the part before it or, if there is
-// none, from a motion at the current velocities.
+// Returns the length that error, damping and drag are expected to allow for the next part of a step
+// that is not automatic, in 64ths of the step (see StepPart). `part` is this next part as planned,
+// and the result is at most its length. Error and damping are those of the part before it. If there
+// is none, the error is that of a motion at the current velocities, and damping is ignored.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
 // Stores in `cloth` the length that `error`, the error of `part`, allows for the next part. In

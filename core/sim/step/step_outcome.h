@@ -29,11 +29,12 @@ struct StepOutcome {
   // triangle indices, in descending order of excess.
   std::vector<BrokenLimit> broken;
   // Pairs of triangles that intersect at the end of the step, as indices into the triangles of all
-  // surfaces. Set from a step that leaves impacts unresolved until no pair intersects.
+  // surfaces. Set at the end of a step that leaves impacts unresolved, and of the steps after it
+  // until no pair intersects.
   std::vector<std::array<Index, 2>> forced;
 };
 
-// The outcome before an attempt at a part, for return_to() if the attempt fails.
+// The outcome before an attempt at a part, for return_to() if the part is repeated.
 struct OutcomeMark {
   StepReport report;
   std::vector<std::uint8_t> contact;

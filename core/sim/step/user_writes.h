@@ -19,8 +19,9 @@ class UserWrites {
   // preceding step, because users have views of the tables, through which they can write unnoticed.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // Kind of data that users have written since the last step. If they have written data of several
-  // kinds, the last of these kinds in this list counts.
+  // Kind of data that users have written since the last step; Table: data other than velocities and
+  // positions. If they have written data of several kinds, the last of these kinds in this list
+  // counts.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write
 

@@ -125,8 +125,8 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
 }
 
 // Returns, for each term except those of attachments, the gradient of its energy that the solve
-// used (minus the force) [N], and its relative displacement in the part [m]. Newton schemes: sets
-// the gradients of the terms in `near` to these.
+// used [N], which is opposite to the force, and its relative displacement in the part [m]. Newton
+// schemes: sets the gradients of the terms in `near` to these.
 std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
                                               const Points& displacement, const Engines& engines) {
   // Forces are evaluated at the same time within the step as in the scheme.

@@ -60,8 +60,8 @@ def _environment(defaults: dict[str, str]) -> Iterator[None]:
 def _load_core() -> str:
     """Loads `_core`, and returns how threads wait, as text.
 
-    Meanwhile, GOMP_SPINCOUNT is _SPIN_COUNT, unless the user has chosen how threads wait or libgomp
-    is already loaded, and OPENBLAS_THREAD_TIMEOUT is _BLAS_TIMEOUT, unless the user has set it.
+    Meanwhile, OPENBLAS_THREAD_TIMEOUT is _BLAS_TIMEOUT, unless the user has set it. GOMP_SPINCOUNT
+    is _SPIN_COUNT, unless the user has chosen how threads wait or libgomp is already loaded.
     """
     given = [name for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT") if name in os.environ]
     too_late = _libgomp_is_loaded()

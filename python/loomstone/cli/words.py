@@ -1,4 +1,4 @@
-"""Output of a command: text, only warnings and errors, or one JSON object."""
+"""Output of a command: all text, only warnings and errors (--quiet), or a JSON object (--json)."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
 
     Omits channels without a node. The animations have the order of `names`. If several of the
     channels move the same property of a node, the caller must use the last one. Raises InvalidInput
-    if the file has no animation, no such animation, or several animations and no name is given.
+    if the file has no animation or lacks a named one, or if it has several and no name is given.
     """
     animations = file.content.animations
     known = [item.name or f"animation {i}" for i, item in enumerate(animations)]

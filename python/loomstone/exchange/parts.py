@@ -13,7 +13,7 @@ from .surfaces import Floats, Indices, uv_table
 __all__ = ["MALFORMED", "NO_UV", "Part", "sample_times"]
 
 # Exceptions raised for malformed files, by libraries or by the conversion of the files' content.
-# TypeError and AttributeError are not among them, because they are errors of this package.
+# TypeError and AttributeError are not among them, because they indicate errors in this package.
 MALFORMED = (
     KeyError,
     IndexError,

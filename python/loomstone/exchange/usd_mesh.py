@@ -44,7 +44,7 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
 def mesh_part(
     path: Path, mesh: Any, place: Callable[[float], Floats], codes: Floats, *, with_uv: bool
 ) -> Part:
-    """Returns the instances of a mesh at time codes as one part. If `with_uv` is set, it has the
+    """Returns the instances of a mesh at time codes as one part. With `with_uv`, the part has the
     texture coordinates of the mesh, if there are any.
 
     place : function from a time code to matrices (k x 4 x 4), one per instance, that map points (as
@@ -102,7 +102,7 @@ def _corner_uv(where: str, mesh: Any, corners: Indices, points: int, code: float
     primvar = geometry.PrimvarsAPI(mesh).FindPrimvarWithInheritance("st")
     kinds = geometry.Tokens
     kind = primvar.GetInterpolation() if primvar and primvar.HasValue() else kinds.constant
-    if kind in (kinds.constant, kinds.uniform):  # one value per mesh or face, which maps no image
+    if kind in (kinds.constant, kinds.uniform):  # one value per mesh or face cannot map an image
         return np.full((len(corners), 2), np.nan)
     uv = np.array(primvar.ComputeFlattened(code), float)
     count = len(corners) if kind == kinds.faceVarying else points

@@ -33,8 +33,8 @@ def read_usd_apart(
 ) -> tuple[list[Part], Floats]:
     """Reads a file as usd_reader.read_usd does, and raises the same errors.
 
-    Also raises CacheError if the process fails or crashes, and RuntimeError with the traceback of
-    an error that read_usd does not raise for files.
+    Also raises CacheError if the process fails or crashes. An unexpected error in read_usd raises a
+    RuntimeError whose message is the traceback.
     """
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.npz"

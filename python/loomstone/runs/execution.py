@@ -100,7 +100,7 @@ def _check_same(ranks: Communicator, options: RunOptions, **given: bool) -> None
 
 
 def _check_control(directory: Path) -> None:
-    """Raises CacheError if a run, now continued without a control function, began with one."""
+    """Raises CacheError if a run that continues without a control function began with one."""
     if (directory / "run.vtkhdf").exists() and Run(directory).metadata.get("control", False):
         raise CacheError(
             f"{directory}: was run with a control function; give the same one, or one that does"

@@ -112,7 +112,7 @@ def append_rows(
 
 
 def keep_rows(path: Path, until_step: int) -> None:
-    """Removes incomplete rows and rows of steps after `until_step`, and the file if none remain."""
+    """Removes incomplete rows, rows of steps after `until_step`, and the file if no rows remain."""
     if not path.exists():
         return
     header, rows = read_rows(path)  # a killed run can leave an empty file

@@ -1,6 +1,6 @@
 """Wall time that all processes of a run have taken, kept in a small file beside the checkpoints.
 
-The part of a process that was killed counts up to its last checkpoint.
+The time of a process that was killed counts up to its last checkpoint.
 """
 
 from __future__ import annotations

@@ -139,8 +139,8 @@ def open_with(scene: Path, parameters: dict[str, Any]) -> SceneFile:
 def _directory_name(parameters: dict[str, Any]) -> str:
     """Returns a name for a run with these parameters, independent of other runs of the sweep.
 
-    If characters are left out, the name is cut short, or a text could read like a further
-    parameter, a hash of the parameters is appended.
+    A hash of the parameters is appended if characters are left out, if the name is cut short, or if
+    a text could read like a further parameter.
 
     >>> _directory_name({"triangles": 800, "friction": 0.1})
     'triangles-800_friction-0.1'

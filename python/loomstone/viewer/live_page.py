@@ -1,4 +1,4 @@
-"""Shows a running simulation on a page, where a user can pull cloth and move bodies."""
+"""Shows a running simulation on a page, where a user can pull cloth, bodies and obstacles."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Player:
         self._stopped.wait()
 
     def _note_change(self, event: Any) -> None:
-        if event.client is not None:  # a viewer moved the slider, not _loop()
+        if event.client is not None:  # a user moved the slider, not _loop()
             self._changed.set()
 
     def _loop(self) -> None:

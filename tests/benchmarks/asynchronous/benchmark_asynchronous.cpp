@@ -1,8 +1,9 @@
-// Time and events of asynchronous steps compared with symplectic Euler, whose step is the shortest
-// step of any triangle, on meshes of jittered and of graded triangles. A sheet of 2 m hangs
-// from two corners and swings, without collisions and without damping. Times are processor times of
-// one thread for the steps alone, per second of motion. The columns "less" and "fewer" give the
-// time and the events of symplectic Euler divided by those of the row.
+// Time and events of asynchronous steps compared with those of symplectic Euler, whose step is the
+// shortest step of any triangle. All meshes are jittered; in two of three, triangles also become
+// smaller towards the centre. A sheet of 2 m hangs from two corners and swings, without collisions
+// and without damping. Times are processor times of one thread for the steps alone, per second of
+// motion. The columns "less" and "fewer" give the time and the events of symplectic Euler divided
+// by those of the row.
 //   benchmark_asynchronous [cells ...]
 // Default: 34 and 50 cells along a side (2,312 and 5,000 triangles). --smoke: 6 cells.
 #include <algorithm>

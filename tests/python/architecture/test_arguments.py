@@ -116,6 +116,6 @@ def test_functions_of_the_core_name_the_function_that_reads_meshes():
     with pytest.raises(TypeError, match=r"SpatialQuery\('a.obj'\) has .* loomstone.meshes.read\("):
         ls.meshes.SpatialQuery("a.obj")
     mesh = ls.grid(cells=(2, 2))
-    with pytest.raises(TypeError) as told:  # no path in place of a mesh
+    with pytest.raises(TypeError) as told:  # "a" is not a path in place of a mesh
         mesh.moved((0, 0, 0), 1, scale="a")
     assert "meshes.read" not in str(told.value)

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 SPACK = ROOT / "scripts" / "spack" / "packages" / "loomstone" / "package.py"
 CONTENTS = runpy.run_path(str(ROOT / "tests" / "wheel" / "contents.py"))
 LICENSES = runpy.run_path(str(ROOT / "scripts" / "wheel_licenses.py"))
-# Maps libraries that CMake looks for to the specs of their Spack packages.
+# Specs of Spack packages. The keys are the libraries for which CMake searches.
 OF_CMAKE = {
     "Eigen3 3.4": "eigen@3.4:3",
     "fmt 9": "fmt@9:",

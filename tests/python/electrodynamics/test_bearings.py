@@ -7,7 +7,7 @@ import pytest
 LENGTH, WIDTH, LEVER = 0.1, 0.01, 0.04  # [m]
 BAR = ls.meshes.box(size=(LENGTH, WIDTH, WIDTH))
 MASS = 1000 * LENGTH * WIDTH**2
-INERTIA = MASS * (LENGTH**2 + WIDTH**2) / 12  # about the axis [kg m^2]
+INERTIA = MASS * (LENGTH**2 + WIDTH**2) / 12  # about z [kg m^2]
 
 
 def bar(restitution=0.0, **fields):
@@ -81,7 +81,7 @@ def test_a_fixed_stop_holds_a_driven_bar():
     stop = ls.obstacles.mesh(ls.meshes.sphere(radius=0.005), name="stop", centre=(LEVER, 0.02, 0))
     sim = simulation([bar()], [stop], torque=1e-3, gravity=(0, -9.81, 0))
     run(sim, 0.2)
-    # The surfaces touch where the axis of the bar passes the sphere's centre at 1 cm.
+    # The surfaces touch when the centre line of the bar is 1 cm from the sphere's centre.
     met = np.arctan2(0.02, LEVER) - np.arcsin(0.01 / np.hypot(0.02, LEVER))
     assert angle(sim) == pytest.approx(met, abs=0.01)
     assert np.abs(sim.state.body_angular_velocities[0]).max() < 1e-9

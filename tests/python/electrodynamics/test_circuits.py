@@ -305,8 +305,9 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
     """Axial force [N] on a linearly magnetisable ball, from a multipole series.
 
-    The ball has the radius `ball` [m]. It is on the axis of a loop, at `distance` [m] below the
-    plane of the loop. `current` [A] is the sum of the currents in all turns of the loop.
+    The ball has the radius `ball` [m] and the susceptibility `chi`. It is on the axis of a loop of
+    radius `radius` [m], at `distance` [m] below the plane of the loop. `current` [A] is the sum
+    of the currents in all turns of the loop.
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)

@@ -19,7 +19,7 @@ QUADS = np.array([[4 * r + k, 4 * r + (k + 1) % 4, 4 * r + 4 + (k + 1) % 4, 4 * 
 TRIANGLES = np.concatenate([QUADS[:, [0, 1, 2]], QUADS[:, [0, 2, 3]]])
 SHARES = np.repeat([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]], 4, 0)
 TIMES = np.array([0.0, 0.5, 1.0])
-ANGLES = np.array([0.0, 0.3, 0.9])  # turns of the second joint (at y = 1) about z at TIMES [rad]
+ANGLES = np.array([0.0, 0.3, 0.9])  # turns [rad] of the second joint (at y = 1) about z at TIMES
 
 
 def bent(angle):

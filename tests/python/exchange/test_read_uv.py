@@ -53,7 +53,7 @@ UV = POINTS[:, :2] * 0.25 + (0.1, 0.2)
 
 
 def write_usd(path, interpolation, values, indices=None, left=False):
-    """Writes a mesh of two quads with texture coordinates, in centimetres."""
+    """Writes two quads, whose points are in centimetres, with texture coordinates."""
     pytest.importorskip("pxr")
     from pxr import Sdf, Usd, UsdGeom, Vt
 

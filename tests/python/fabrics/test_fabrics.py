@@ -97,7 +97,9 @@ def test_a_measured_fabric_is_as_published_by_its_mapping(name, published):
 
 
 def stretched_load(at_rest, at_sixth):
-    """Returns load per width as a function of strain. The stiffness varies linearly with strain."""
+    """Returns the load per width [N/m] as a function of strain. The stiffness [N/m] varies linearly
+    with strain: it is `at_rest` at 0 and `at_sixth` at 1/6.
+    """
     return lambda e: (at_rest + (at_sixth - at_rest) * 6 * e) * (1 + e) * ((1 + e) ** 2 - 1) / 2
 
 

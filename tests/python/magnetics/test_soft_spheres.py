@@ -14,8 +14,8 @@ RADIUS = 0.004
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 8])
 @pytest.mark.parametrize("z", [0.0113, 0.025])
 def test_the_moment_of_a_single_sphere_does_not_depend_on_the_degree(degree, z):
-    # The moment follows from the field at the centre alone, because the magnet's field is harmonic,
-    # so that its mean over the sphere is its value at the centre.
+    # The magnet's field is harmonic, so its mean over the sphere is its value at the centre. The
+    # moment therefore follows from the field at the centre alone.
     sphere = m.soft_sphere(radius=RADIUS, susceptibility=1000, degree=degree).moved((0, 0, z))
     moment = m.induce(sphere, by=MAGNET).bodies[0].moment[2]
     share = 4 * np.pi * RADIUS**3 / m.MU0 * 1000 / 1003

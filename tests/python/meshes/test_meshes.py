@@ -60,7 +60,7 @@ def test_a_disc_and_a_strip_have_their_shapes():
     strip = meshes.strip(length=1.0, width=0.1, triangles=400, seed=1)
     assert np.ptp(strip.vertices, axis=0) == pytest.approx((1.0, 0.1, 0.0))
     # Without a seed, the strip is a grid of only a few rows of cells, so the number of triangles is
-    # roughly as requested.
+    # only roughly as requested.
     assert meshes.strip(length=1.0, width=0.1, triangles=400).n_triangles == pytest.approx(
         400, rel=0.15
     )

@@ -171,7 +171,7 @@ TEST_CASE("a sheet that slides on a floor slows down by Coulomb friction at even
   for (int i = 0; i < 80; ++i) sim.step();
   const double expected = 1.0 - 0.25 * 9.81 * 0.2;
   // The tolerance allows for short flights of the sheet, lower than its thickness, which change the
-  // friction by a few percent.
+  // friction by a few per cent.
   CHECK(mean_of(sim.velocities(), 0) == Approx(expected).epsilon(0.05));
   for (int i = 0; i < 120; ++i) sim.step();
   CHECK(std::abs(mean_of(sim.velocities(), 0)) < 0.01);

@@ -124,7 +124,7 @@ TEST_CASE("targets set by the user are reached after the largest step, at a cons
   sim.set_pin_targets(targets);
   while (sim.time() < start + sim.step_size() - 1e-12) {
     sim.step();
-    // The pins move 0.05 m within 10 ms, the length of the largest step, so their speed is 5 m/s.
+    // The pins move 0.05 m within 10 ms, the largest length of a step, so their speed is 5 m/s.
     // Only the last step may end after these 10 ms, and its mean velocity is then lower.
     CHECK(std::abs(sim.velocities()(0, 2)) < 5.1);
   }

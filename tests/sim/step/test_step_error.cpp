@@ -191,7 +191,7 @@ TEST_CASE("a stiff sheet that swings or spins gains no energy") {
     for (const IntegratorOptions& options :
          {IntegratorOptions(SemiImplicitEuler()), step_with(4e-3, 1.0)})
       // The bound is the tolerated gain, 0.02 of the largest kinetic energy, plus a twentieth of
-      // it, because parts are not halved for a smaller gain than this twentieth.
+      // this gain, because a part that gains less than this twentieth is not halved.
       CHECK(fall(scene, options, 0.2).gain < 0.021);
   CHECK(fall(spinning, step_with(4e-3, std::nullopt), 0.2).gain > 0.1);
 }
