@@ -160,8 +160,12 @@ double compliance(const ExtraTerm& term, Index n_cloth, const Vector& inverse_ma
 void set_forces(const Contact& contact, const ContactInputs& inputs, double stiffness,
                 const ContactForce& normal, const ContactLaw& law, ExtraTerm& term) {
   const Mat3 tangent = tangent_projector(law.normal);
-  const Vec3 predicted = inputs.step * (tangent * weighted(contact, inputs.v0));
-  const Vec3 gained = inputs.step * (tangent * weighted(contact, inputs.last_change));
+  Vec3 of_obstacles = Vec3::Zero();  // change of velocity of obstacles, weighted
+  for (int i = 0; i < 4; ++i)
+    if (const Index v = contact.vertices[i]; v >= inputs.n_cloth)
+      of_obstacles += contact.weights[i] * inputs.change.row(v).transpose();
+  const Vec3 predicted = inputs.step * (tangent * (weighted(contact, inputs.v0) - of_obstacles));
+  const Vec3 gained = inputs.step * (tangent * weighted(contact, inputs.change));
   const FrictionResponse friction =
       friction_response(law.slip, sped_up(law.slip, predicted, gained, stiffness, law.limit),
                         tangent, stiffness, law.limit);

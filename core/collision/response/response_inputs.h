@@ -34,11 +34,13 @@ struct ContactInputs {
   const Points& x0;  // (n x 3) positions at the start [m]
   // Predicted velocities. The velocities of obstacle vertices enter ExtraTerm::drift.
   const VertexVelocities& v0;
-  const VertexVelocities& last_change;  // last velocity change, scaled to `step`; 0 if unknown
-  const Points& body_centres;           // (b x 3) centres of mass [m]
-  double step;                          // length h of the step [s]
-  Index n_cloth;                        // number of cloth vertices; rows of bodies follow
-  const Vector& inverse_mass;           // (n) inverse masses of free cloth vertices, else 0 [1/kg]
+  // Expected changes of velocity; 0 if unknown. Of cloth: that in the last step, scaled to `step`.
+  // Of obstacles: their velocities in v0 minus their mean velocities in the last step.
+  const VertexVelocities& change;
+  const Points& body_centres;  // (b x 3) centres of mass [m]
+  double step;                 // length h of the step [s]
+  Index n_cloth;               // number of cloth vertices; rows of bodies follow
+  const Vector& inverse_mass;  // (n) inverse masses of free cloth vertices, else 0 [1/kg]
   // (n_cloth x 3) elastic and external forces on cloth at the start [N]; 0 rows: contacts are not
   // stiffened; see contact_stiffness()
   const Points& forces;

@@ -52,13 +52,36 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
   });
 }
 
-// Returns the change of velocity of cloth in the last part, scaled to the length of this part
-// [m/s]; 0 if it is unknown, and for bodies and obstacles. Contact terms assume this change in this
-// part, which reduces the lag of sliding contacts.
-VertexVelocities expected_change(const StepContext& part, const State& state, const Model& model) {
+// Returns the mean velocities of obstacle vertices in this part minus those in the last part
+// (k x 3) [m/s]; no rows if they are unknown or no obstacle moves in this part. The change is 0 for
+// an obstacle whose pose the user has set.
+Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
+                        const Model& model) {
+  const Points& now = state.obstacle_vertices;
+  const double last = state.cloth.previous_step;
+  if (!(last > 0.0) || now == loads.next_obstacles) return Points(0, 3);
+  Points before;
+  obstacle_vertices(model, state, part.t0 - last, 1.0, before);
+  Points changes = (loads.next_obstacles - now) / part.h - (now - before) / last;
+  Index row = 0;
+  for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
+    const Index n = static_cast<Index>(model.obstacles[o].local.rows());
+    if (state.pose_override[o]) changes.middleRows(row, n).setZero();
+    row += n;
+  }
+  return changes;
+}
+
+// Returns the change of velocity of cloth in the last part, scaled to the length of this part, and
+// that of obstacles in this part, compared with the last one [m/s]. 0 if it is unknown, and for
+// bodies. Contact terms assume this change in this part, which reduces the lag of sliding contacts.
+VertexVelocities expected_change(const StepContext& part, const Points& of_obstacles,
+                                 const State& state, const Model& model) {
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
   const double scale = state.cloth.change_scale(part.h);
-  return VertexVelocities([=, &state, &model](Index vertex) -> Eigen::RowVector3d {
+  const Index first = static_cast<Index>(model.collision.n_vertices) - of_obstacles.rows();
+  return VertexVelocities([=, &of_obstacles, &state, &model](Index vertex) -> Eigen::RowVector3d {
+    if (vertex >= first) return of_obstacles.row(vertex - first);
     if (!has_change || vertex >= model.cloth.n_vertices) return Eigen::RowVector3d::Zero();
     return scale * state.cloth.last_change.row(vertex);
   });
@@ -193,12 +216,12 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   near.totals = collision.totals();
   if (!engines.contacts_in_solve) near.repelled = near.contacts;
   if (!engines.contacts_in_solve) return;
+  const Points of_obstacles = obstacle_changes(part, loads, state, engines.model);
   const VertexVelocities v0 = predicted_velocities(part, loads, state, engines.model),
-                         last_change = expected_change(part, state, engines.model);
+                         change = expected_change(part, of_obstacles, state, engines.model);
   const Points forces = pressing_forces(loads, near, engines);
   ContactInputs inputs{
-      loads.x0, v0, last_change, state.rigid.positions, part.h, n, engines.model.inverse_mass,
-      forces};
+      loads.x0, v0, change, state.rigid.positions, part.h, n, engines.model.inverse_mass, forces};
   near.terms_divided = collision.divided();
   if (near.terms_divided) inputs.rows = owned_rows(engines.layout);
   near.contact_terms =

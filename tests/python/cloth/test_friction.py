@@ -122,12 +122,12 @@ def test_a_rope_of_cloth_round_a_cylinder_follows_the_capstan_law():
     assert capstan(1.1 * law) > 5e-3  # slips
 
 
-@pytest.mark.parametrize("share", [0.5, 0.75, 0.92])
-@pytest.mark.parametrize(("step", "lag"), [(1e-3, 0.01), (4e-3, 0.04), ("auto", 0.08)])
-def test_a_floor_that_accelerates_carries_a_sheet_along(step, lag, share):
-    # With the predicted slip of the start of each step, friction would be too weak while the sheet
-    # slips: at 0.92 of the friction limit, 0.026, 0.09 and 0.15 of the speed would be missing. Half
-    # a step of the acceleration is always missing, because velocities are those of the last step.
+@pytest.mark.parametrize("share", [0.5, 0.75, 0.92, 1.3])
+@pytest.mark.parametrize("step", [1e-3, 4e-3, "auto"])
+def test_a_floor_that_accelerates_carries_a_sheet_along(step, share):
+    # If the predicted slip included the change of the floor's velocity in the step, friction would
+    # be too weak: at 0.92 of the friction limit, the sheet would have 0.85 of the floor's speed in
+    # automatic steps, 0.91 in steps of 4 ms and 0.974 in steps of 1 ms.
     acceleration, start, time = share * MU * 9.81, 0.1, 0.1
     times = np.linspace(0.0, 0.5, 2001)
     moved = 0.5 * acceleration * np.maximum(times - start, 0.0) ** 2
@@ -142,5 +142,8 @@ def test_a_floor_that_accelerates_carries_a_sheet_along(step, lag, share):
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
     while sim.time < start + time - 1e-9:
         sim.step()
-    exact = acceleration * (sim.time - start)
-    assert (1 - lag) * exact < sim.velocities[:, 0].mean() < exact
+    exact = min(acceleration, MU * 9.81) * (sim.time - start)
+    # Velocities are mean velocities of the last step, which lag by half a step. Another half allows
+    # for errors of friction in the first steps of the motion.
+    lag = (step if step != "auto" else 10e-3) * acceleration
+    assert exact - lag < sim.velocities[:, 0].mean() < exact + lag / 2
