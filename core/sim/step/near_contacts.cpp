@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/collision/model/rigid_motion.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/step/user_writes.h"
 
@@ -53,20 +54,27 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
 }
 
 // Returns the mean velocities of obstacle vertices in this part minus those in the last part
-// (k x 3) [m/s]; no rows if they are unknown or no obstacle moves in this part. The change is 0 for
-// an obstacle whose pose the user has set.
+// (k x 3) [m/s]; no rows if they are unknown or no obstacle moves in this part. Velocities in the
+// last part are turned with an obstacle that rotates, so steady rotation changes nothing. The
+// change is 0 for an obstacle whose pose the user has set.
 Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
                         const Model& model) {
-  const Points& now = state.obstacle_vertices;
+  const Points &now = state.obstacle_vertices, &next = loads.next_obstacles;
   const double last = state.cloth.previous_step;
-  if (!(last > 0.0) || now == loads.next_obstacles) return Points(0, 3);
+  if (!(last > 0.0) || now == next) return Points(0, 3);
   Points before;
   obstacle_vertices(model, state, part.t0 - last, 1.0, before);
-  Points changes = (loads.next_obstacles - now) / part.h - (now - before) / last;
+  Points changes = (next - now) / part.h - (now - before) / last;
   Index row = 0;
   for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
     const Index n = static_cast<Index>(model.obstacles[o].local.rows());
-    if (state.pose_override[o]) changes.middleRows(row, n).setZero();
+    auto of_obstacle = changes.middleRows(row, n);
+    const RigidMotion motion = rigid_motion(now.middleRows(row, n), next.middleRows(row, n));
+    if (state.pose_override[o])
+      of_obstacle.setZero();
+    else if (motion.rigid)
+      of_obstacle = (next - now).middleRows(row, n) / part.h -
+                    (now - before).middleRows(row, n) / last * motion.rotation.transpose();
     row += n;
   }
   return changes;
