@@ -301,13 +301,12 @@ void Simulation::set_external_body_torques(const Points& torques) {
 
 void Simulation::set_pin_targets(const Points& targets) {
   const std::vector<std::uint8_t>& pinned = data_->model.cloth.prescribed;
-  const bool any = std::find(pinned.begin(), pinned.end(), 1) != pinned.end();
+  if (std::find(pinned.begin(), pinned.end(), 1) == pinned.end())
+    throw InvalidInput("the cloth must have pins to move them, but has none; give Cloth.pins");
   Points of_pins = targets;
-  for (Index i = 0; any && i < std::min<Index>(of_pins.rows(), data_->model.cloth.n_vertices); ++i)
+  for (Index i = 0; i < std::min<Index>(of_pins.rows(), data_->model.cloth.n_vertices); ++i)
     if (!pinned[data_->model.row_of_vertex[i]]) of_pins.row(i).setZero();
   data_->to_rows(of_pins, "pin_targets", data_->state.made(data_->state.pin_target));
-  if (!any)
-    throw InvalidInput("the cloth must have pins to move them, but has none; give Cloth.pins");
   data_->state.pin_override = pinned;
   data_->state.target_time = time() + step_size();
 }
@@ -386,8 +385,10 @@ Checkpoint Simulation::checkpoint() const {
 }
 
 void Simulation::restore(const Checkpoint& checkpoint) {
-  check_digests(checkpoint.texts, data_->digests);
-  from_checkpoint(data_->model, checkpoint, data_->state, data_->outcome);
+  together(*data_->communicator, [&] {
+    check_digests(checkpoint.texts, data_->digests);
+    from_checkpoint(data_->model, checkpoint, data_->state, data_->outcome);
+  });
   data_->outcome.report = StepReport{};
   data_->outcome.path.clear();
   data_->outcome.forced.clear();

@@ -143,6 +143,23 @@ def test_every_rank_gets_the_same_error_and_may_go_on_after_correcting_it(tmp_pa
     assert said[0][0].startswith("error velocities of vertex") and said[0][1].startswith("state")
 
 
+def test_a_checkpoint_that_one_rank_cannot_restore_is_refused_on_all_ranks(tmp_path):
+    done, said = program(tmp_path, """
+        small = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(3, 3)))])
+        other = ls.Simulation(small, communicator=ranks).checkpoint()
+        own = sim.checkpoint()
+        try:
+            sim.restore(other if ranks.rank == 1 else own)
+        except ls.Error as error:
+            say("error", error)
+        sim.restore(own)
+        sim.step()
+        say("state", sim.digest())
+    """)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(said) == 2 and said[0] == said[1] and said[0][0].startswith("error")
+
+
 def test_what_a_rank_writes_counts_for_the_rows_it_owns(tmp_path):
     done, said = program(tmp_path, """
         sim.state.positions[first:end, 2] += 0.01 * (ranks.rank + 1)
