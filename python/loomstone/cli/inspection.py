@@ -9,12 +9,12 @@ import numpy as np
 
 from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
-from ..integrators import from_record, step_text
+from ..integrators import step_text
 from ..pictures.plots import ROUNDING, scale_of_gains
 from ..pictures.renderer import Renderer
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
-from ..runs.scene_file import SceneFile
+from ..runs.scene_file import SceneFile, stored_options
 from ..runs.steps import summary_of_steps
 from ..runs.stored_program import printable, stored_program
 from ..runs.stored_scene import STORED_SCENE, begun_in_python
@@ -77,11 +77,8 @@ def _describe_run(run: Run) -> None:
         path = "Python" if begun else printable(str(stored_program(run).path))
         parameters = {} if begun else stored_program(run).parameters
         print(f"written by loomstone {printable(str(kept.get('loomstone')))} from {path}")
-        print(
-            f"  parameters {parameters or 'default'}, {kept['duration']:g} s"
-            f" at {kept['rate']:g} frames/s"
-        )
-        options = from_record(kept["integrator"])
+        duration, rate, options, _ = stored_options(run)
+        print(f"  parameters {parameters or 'default'}, {duration:g} s at {rate:g} frames/s")
         print(f"  integrator {options.method}, {step_text(options)}")
     print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
     if len(run):

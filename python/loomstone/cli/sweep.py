@@ -12,13 +12,14 @@ from typing import Annotated, Any
 
 import typer
 
+from .._core import InvalidInput
 from ..ranks import processors_of_rank
 from ..runs.frame_times import told_of_part_frame
 from ..runs.scene_file import SceneFile
 from ..runs.signals import Interrupted
 from ..sweeps.earlier import with_earlier
 from ..sweeps.engines import Command, on_dask, on_this_machine
-from ..sweeps.plan import Point, claim, open_with, parse_values, points_of
+from ..sweeps.plan import Point, claim, first_values, open_with, parse_values, points_of
 from ..sweeps.point import finished
 from ..sweeps.results import FIGURES, check_figures, plot_figures, write_table
 from .application import app, command_line, session
@@ -110,9 +111,25 @@ def _tell(failed: list[tuple[Point, int]]) -> None:
 def _read_values(scene: Path, p: list[str]) -> tuple[SceneFile, dict[str, list[Any]]]:
     """Returns the scene file with the first value of each parameter, and all values."""
     with command_line():
-        values = parse_values(p)
-    file = open_with(scene, {name: each[0] for name, each in values.items()})
+        try:
+            first = {name: each[0] for name, each in parse_values(p).items()}
+        except InvalidInput as refused:
+            if (file := _with_texts(scene, p)) is None:
+                raise refused
+            return file, parse_values(p, file.texts)
+    file = open_with(scene, first)
     return file, parse_values(p, file.texts)
+
+
+def _with_texts(scene: Path, p: list[str]) -> SceneFile | None:
+    """Opens a scene whose parameters take texts that would be refused as numbers or ranges.
+
+    Returns None if the scene refuses these values.
+    """
+    try:
+        return open_with(scene, first_values(p))
+    except InvalidInput:
+        return None
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:

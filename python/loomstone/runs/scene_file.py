@@ -27,6 +27,7 @@ from typing import Any
 
 from .. import _core
 from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
+from ..exchange.baked import SUFFIXES
 from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
 from .parameters import Parameter, literals, parameters_of
@@ -267,7 +268,7 @@ def _kind(error: Exception) -> str:
     return "TypeError" if isinstance(error, TypeError) else type(error).__name__
 
 
-_MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".usd", ".usda", ".usdc", ".abc", ".fbx")
+_MESHES = (".obj", ".ply", ".stl", ".abc", ".fbx", *SUFFIXES)
 
 
 def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions]:

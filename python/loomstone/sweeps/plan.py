@@ -19,7 +19,15 @@ from ..runs.parameters import Given, given_parameters
 from ..runs.scene_file import SceneFile
 from ..runs.writer import visible_names
 
-__all__ = ["MOST_POINTS", "Point", "claim", "open_with", "parse_values", "points_of"]
+__all__ = [
+    "MOST_POINTS",
+    "Point",
+    "claim",
+    "first_values",
+    "open_with",
+    "parse_values",
+    "points_of",
+]
 
 MOST_POINTS = 100_000
 _LONGEST_NAME = 120  # longest name without a hash; file systems allow 255 bytes
@@ -68,6 +76,25 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
         raise InvalidInput(
             f"a sweep must have at most {MOST_POINTS} runs, got {n_points}; give fewer values"
         )
+    return found
+
+
+def first_values(items: Sequence[str]) -> dict[str, Any]:
+    """Returns the first value of each parameter of a sweep, with which its scene can be opened.
+
+    A range that parse_values() would refuse counts as a text, because the parameter may take texts.
+
+    >>> first_values(["triangles=800,3200", "case=1:2:1"])
+    {'triangles': 800, 'case': '1:2:1'}
+    """
+    found = {}
+    for item in items:
+        each = next(iter(given_parameters([item]).values()))
+        piece = _pieces(each.text)[0]
+        try:
+            found[each.name] = _values(each.name, piece, text=False)[0]
+        except InvalidInput:
+            found[each.name] = Given(each.name, piece).words
     return found
 
 

@@ -209,9 +209,10 @@ def test_a_claim_without_a_message_is_reported_with_its_source(loomstone, tmp_pa
     assert said.err.endswith(expected), said.err
 
 
-def test_a_mesh_given_as_a_scene_file_is_named(loomstone, tmp_path):
-    path = tmp_path / "cape.obj"
-    ls.meshes.write(path, ls.grid(size=(0.2, 0.2), cells=(3, 3)))
+@pytest.mark.parametrize("suffix", [".obj", ".stl", ".glb", ".usdz"])
+def test_a_mesh_given_as_a_scene_file_is_named(loomstone, tmp_path, suffix):
+    path = (tmp_path / "cape").with_suffix(suffix)
+    path.touch()
     code, said = loomstone("run", path, "--out", tmp_path / "out")
     assert code == 1 and said.err.count("\n") == 1
     assert "is a mesh, not a scene file" in said.err

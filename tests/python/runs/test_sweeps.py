@@ -13,7 +13,7 @@ import time
 
 import pytest
 from loomstone import CacheError, InvalidInput
-from loomstone.sweeps.plan import claim, parse_values, points_of
+from loomstone.sweeps.plan import claim, first_values, open_with, parse_values, points_of
 
 SCENE = """
 import os
@@ -174,6 +174,16 @@ def test_values_are_lists_ranges_and_literals():
     assert parse_values(["e=[[1,2],[3,4]],[5,[6]]"]) == {"e": [[[1, 2], [3, 4]], [5, [6]]]}
     with pytest.raises(InvalidInput, match="must be given once"):
         parse_values(["a=1", "a=2"])
+
+
+def test_texts_that_look_like_equal_numbers_or_ranges_are_values(tmp_path):
+    (tmp_path / "scene.py").write_text("def scene(label: str, friction: float = 0.3): ...")
+    given = ["label=100,1e2,1:2:1", "friction=0.1:0.5:3"]
+    file = open_with(tmp_path / "scene.py", first_values(given))
+    assert parse_values(given, file.texts) == {
+        "label": ["100", "1e2", "1:2:1"],
+        "friction": [0.1, 0.3, 0.5],
+    }
 
 
 def test_every_point_has_its_own_directory_whatever_its_values(tmp_path):
