@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,31 @@ __all__ = [
 ]
 
 
+def _read(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Returns the header and the rows of a steps.csv.
+
+    Raises CacheError unless it is a table of numbers whose steps follow one another, with whole
+    numbers in the columns that have them.
+    """
+    header, rows = read_table(path, "step")
+    whole = {name for name, value in StepReport().numbers().items() if isinstance(value, int)}
+    columns = [column for column, name in enumerate(header) if name in whole]
+    for line, row in enumerate(rows, 2):
+        for column in columns:
+            if not row[column].removeprefix("-").isdecimal():
+                raise CacheError(
+                    f"{path}, line {line}: {header[column]} must be a whole number, got"
+                    f" {row[column]!r}; run the scene again"
+                )
+    for line, (before, row) in enumerate(pairwise(rows), 3):
+        if int(row[0]) != int(before[0]) + 1:
+            raise CacheError(
+                f"{path}, line {line}: step {before[0]} must be followed by the next step, got"
+                f" {row[0]}; run the scene again"
+            )
+    return header, rows
+
+
 class StepTable:
     """Writes steps.csv. Rows of an existing file are kept up to the step `until_step`."""
 
@@ -30,7 +56,7 @@ class StepTable:
         kept: list[list[str]] = []
         columns = [*StepReport().numbers()]
         if path.exists() and until_step > 0:
-            header, rows = read_table(path, "step")
+            header, rows = _read(path)
             if header != columns:
                 raise CacheError(
                     f"{path}: its columns must be those of this version; run the scene again"
@@ -64,7 +90,7 @@ class StepTable:
 
 def summary_of_steps(path: Path) -> dict[str, Any]:
     """Returns totals, means, extremes and final values of the steps in the steps.csv at `path`."""
-    header, lines = read_table(path, "step")
+    header, lines = _read(path)
     return _summary([dict(zip(header, line, strict=True)) for line in lines])
 
 
@@ -176,7 +202,7 @@ def read_steps(directory: str | os.PathLike[str]) -> Columns:
         raise CacheError(
             f"{path}: no table of steps; give the directory of a run of `loomstone run`"
         )
-    header, rows = read_table(path, "step")
+    header, rows = _read(path)
     if not rows:
         raise CacheError(f"{path}: has no steps yet")
     columns = zip(*rows, strict=True)

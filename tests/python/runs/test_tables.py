@@ -53,6 +53,9 @@ def test_a_damaged_table_of_steps_is_reported_with_its_line(hanging, euler, tmp_
             "line 6: must be [0-9]+ numbers, got 'noise'; remove this line",
         ),
         (whole.replace(lines[3].split(",")[4], "much", 1), "line [0-9]+: must be"),
+        ("\n".join([*lines[:4], *lines[5:]]), "line 5: step 3 must be followed by the next step"),
+        ("\n".join([*lines[:5], *lines[4:]]), "line 6: step 4 must be followed by the next step"),
+        (whole.replace("\n5,", "\n5.0,"), "line 6: step must be a whole number, got '5.0'"),
         ("noise", "must begin with the column 'step', got 'noise'"),
         ("", "must begin with the column 'step', got ''"),
     ]:
