@@ -38,7 +38,8 @@ class Given:
     def value(self) -> Any:
         """The value of the text if it is a Python literal, or else the text.
 
-        Raises InvalidInput for literals that cannot be stored as JSON.
+        Raises InvalidInput for literals that cannot be stored as JSON, such as 1e400, which is
+        infinite.
         """
         try:
             value = ast.literal_eval(self.text)
@@ -52,10 +53,11 @@ class Given:
         ):
             value = int(value)  # a value such as 5e3 counts as a whole number
         try:
-            json.dumps(value)
+            json.dumps(value, allow_nan=False)
         except (TypeError, ValueError):
             raise InvalidInput(
-                f"-p {self.name} must be a number, text, list or dict, got {self.text}"
+                f"-p {self.name} must be a number, text, list or dict, without infinite numbers,"
+                f" got {self.text}"
             ) from None
         return value
 

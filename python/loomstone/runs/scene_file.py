@@ -81,7 +81,7 @@ class SceneFile:
                 f" ls.meshes.read({path.name!r}), see `loomstone new`"
             )
         try:
-            source = path.read_text()
+            source = path.read_text(encoding="utf-8")
         except OSError as error:
             raise CacheError(f"{path}: scene file cannot be read: {error.strerror}") from error
         except UnicodeDecodeError as error:

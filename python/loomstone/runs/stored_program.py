@@ -55,7 +55,7 @@ class Program:
         try:
             if not self.path.is_file():
                 return f"the scene file {shown} does not exist"
-            same = self.path.read_text() == self.source
+            same = self.path.read_text(encoding="utf-8") == self.source
         except (OSError, ValueError):
             return f"the scene file {shown} cannot be read"
         return None if same else f"the scene file {shown} differs from it"

@@ -6,6 +6,7 @@ The time of a process that was killed counts up to its last checkpoint.
 from __future__ import annotations
 
 import json
+import math
 import time
 from pathlib import Path
 
@@ -39,6 +40,7 @@ class WallTime:
 def _seconds(path: Path) -> float:
     """Returns the entry wall_seconds of a file [s]; 0 if the file is absent or damaged."""
     try:
-        return float(json.loads(path.read_text())["wall_seconds"])
+        seconds = float(json.loads(path.read_text())["wall_seconds"])
     except (OSError, ValueError, KeyError, TypeError):
         return 0.0
+    return seconds if math.isfinite(seconds) else 0.0

@@ -84,6 +84,8 @@ def test_an_annotation_decides_what_a_value_becomes(scene, given, value):
         ("other=x", "must be an int like 3, got 'x'"),
         ("plain=4.5", "must be an int like 4, got 4.5"),
         ("free={1}", "-p free must be a number, text, list or dict"),
+        ("free=1e400", "-p free must be .* without infinite numbers, got 1e400"),
+        ("free=[1e400]", "-p free must be .* without infinite numbers"),
     ],
 )
 def test_a_value_that_an_annotation_excludes_is_refused(scene, given, said):

@@ -33,6 +33,16 @@ def test_a_continued_run_adds_the_time_of_earlier_processes(hanging, euler, tmp_
     assert noted(out) > 1000.0
 
 
+@pytest.mark.parametrize("noted", ["NaN", "Infinity", '"long"', ""])
+def test_a_damaged_note_of_the_time_counts_as_none(hanging, euler, tmp_path, noted):
+    out = tmp_path / "out"
+    made(hanging, euler).run(out=out, duration=0.04)
+    (out / "wall_time.json").write_text(f'{{"wall_seconds": {noted}}}')
+    (out / "report.json").unlink()
+    report = made(hanging, euler).run(out=out, duration=0.08, resume=True)
+    assert report["wall_seconds"] == report["wall_seconds_of_this_process"]
+
+
 def test_a_resumed_run_that_is_finished_keeps_its_time(hanging, euler, tmp_path):
     out = tmp_path / "out"
     first = made(hanging, euler).run(out=out, duration=0.08)
