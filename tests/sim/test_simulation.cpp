@@ -345,11 +345,9 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   scene.cloths[0].material.density = -1;
   refused(scene, "cloths[0] (\"cloth\").material.density must be > 0 [kg/m^2], got -1");
   scene = drape(8);
-  Simulation unpinned(drape(8), IntegratorOptions{}, 1);
-  const Checkpoint before = unpinned.checkpoint();
-  CHECK_THROWS_WITH(unpinned.set_pin_targets(Points::Constant(81, 3, 0.1)),
-                    Catch::Contains("the cloth must have pins to move them"));
-  CHECK(same(unpinned.checkpoint(), before));
+  CHECK_THROWS_WITH(
+      Simulation(drape(8), IntegratorOptions{}, 1).set_pin_targets(Points::Zero(81, 3)),
+      Catch::Contains("the cloth must have pins to move them"));
   scene.cloths[0].pins = {81};
   refused(scene, "pins must be vertex indices in [0, 80], got 81");
   scene.cloths[0].pins = {4, 4};
