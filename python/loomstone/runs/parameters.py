@@ -136,9 +136,10 @@ class Parameter:
         return type(self.default) if type(self.default) in (bool, int, float, str) else Any
 
     def read(self, given: Any) -> Any:
-        """Returns the value that scene() gets for a Given or another value.
+        """Returns the value that scene() gets for `given`, which is a Given or any other value.
 
-        Raises InvalidInput if the type does not accept it, except None if that is the default.
+        Raises InvalidInput if the type of the parameter does not accept `given`. None is always
+        accepted if it is the default.
         """
         try:
             value = _read(given, self._kind)

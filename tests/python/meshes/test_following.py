@@ -21,8 +21,8 @@ def bent(points, curvature):
     """
     x, y, z = np.asarray(points).T
     turn = curvature * z
-    # A cross-section is turned by `turn`. Its centre lies at the integrals of sin(turn) (x) and
-    # cos(turn) (z) over the length of the axis, from 0 to z.
+    # The cross-section at z is turned by `turn`. The coordinates x and z of its centre are the
+    # integrals of sin(curvature s) and cos(curvature s) over s from 0 to z.
     return np.c_[
         (1 - np.cos(turn)) / curvature + x * np.cos(turn),
         y,
