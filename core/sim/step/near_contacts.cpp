@@ -64,17 +64,17 @@ Points obstacle_changes(const StepContext& part, const Loads& loads, const State
   if (!(last > 0.0) || now == next) return Points(0, 3);
   Points before;
   obstacle_vertices(model, state, part.t0 - last, 1.0, before);
-  Points changes = (next - now) / part.h - (now - before) / last;
+  Points changes = Points::Zero(now.rows(), 3);
   Index row = 0;
   for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
     const Index n = static_cast<Index>(model.obstacles[o].local.rows());
-    auto of_obstacle = changes.middleRows(row, n);
-    const RigidMotion motion = rigid_motion(now.middleRows(row, n), next.middleRows(row, n));
-    if (state.pose_override[o])
-      of_obstacle.setZero();
-    else if (motion.rigid)
-      of_obstacle = (next - now).middleRows(row, n) / part.h -
-                    (now - before).middleRows(row, n) / last * motion.rotation.transpose();
+    const auto x1 = now.middleRows(row, n), x2 = next.middleRows(row, n);
+    if (!state.pose_override[o]) {
+      const RigidMotion motion = rigid_motion(x1, x2);
+      const Mat3 turn = motion.rigid ? motion.rotation : Mat3::Identity();
+      changes.middleRows(row, n) =
+          (x2 - x1) / part.h - (x1 - before.middleRows(row, n)) / last * turn.transpose();
+    }
     row += n;
   }
   return changes;
