@@ -83,7 +83,7 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
 }
 
 // Replaces the terms while the matrix is unchanged. Keeps the preconditioner, because a new one
-// costs more than the iterations that it may save. Only Gauss-Seidel is built anew. With the old
+// costs more than the iterations that it may save. Only Gauss-Seidel is made again. With the old
 // preconditioner, integration takes 0.84, 0.78 and 0.94 times as long as with a new one in small
 // versions of the scenes stack, fold and twist, with 1.11, 0.94 and 1.00 times as many iterations.
 void change_terms(PcgSolve& solve) {
@@ -147,9 +147,9 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x, residual and b_norm. Residuals are reported relative to b_norm. The guess is used if its
-// residual has a smaller norm than the residual for x = 0 on all free rows. Returns the norm of the
-// residual of the x that is used.
+// Sets x, residual and b_norm in solve.memory. The argument `x` is a guess. Its free rows are used
+// if they give a residual of smaller norm than zeros in all free rows. Residuals are reported
+// relative to b_norm. Returns the norm of the residual of solve.memory.x.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);

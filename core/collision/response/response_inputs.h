@@ -34,8 +34,8 @@ struct ContactInputs {
   const Points& x0;  // (n x 3) positions at the start [m]
   // Predicted velocities. The velocities of obstacle vertices enter ExtraTerm::drift.
   const VertexVelocities& v0;
-  // Expected changes of velocity; 0 if unknown. Of cloth: that in the last step, scaled to `step`.
-  // Of obstacles: their velocities in v0 minus their mean velocities in the last step.
+  // Expected changes of velocity; 0 if unknown. The change of cloth is that in the last step,
+  // scaled to `step`. The change of obstacles is v0 minus their mean velocities in the last step.
   const VertexVelocities& change;
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // length h of the step [s]

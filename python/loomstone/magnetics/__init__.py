@@ -4,7 +4,6 @@ All quantities are in SI units: T, A/m, N, N m. Equation numbers refer to [Thoma
 
 >>> import loomstone as ls
 >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
->>> b = a.moved((0, 0, 0.011))
 >>> field = ls.magnetics.field(a, [[0, 0, 0.01]])
 >>> print(f"{field[0, 2]:.4f} T")
 0.1348 T

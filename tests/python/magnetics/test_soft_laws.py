@@ -297,7 +297,8 @@ def test_ideal_iron_saturates(chi):
         wanted = min(3 * field, saturation)
         assert M.MU0 * induced.moment[1] / volume == pytest.approx(wanted, rel=1e-4)
         (induced,) = M.induce(box, field=(0, field, 0)).bodies
-        # The demagnetisation factor of a cube is below 1/3 without saturation.
+        # Before it saturates, a cube of very high susceptibility has a demagnetisation factor below
+        # 1/3, so its mean polarisation exceeds 3 times the field.
         mean = M.MU0 * induced.moment[1] / box.volume
         assert min(3 * field, saturation * (1 - 1e-6)) < mean <= saturation * (1 + 1e-6)
 
