@@ -317,7 +317,7 @@ class LinearisedIntegrator final : public Integrator {
     // The forces of contacts are not smooth in time, so no history of BDF-2 contains them.
     if (scheme_ == Scheme::Bdf2 && step.inputs.in_contact())
       next_x_.resize(0, 3), next_v_.resize(0, 3);
-    state.previous_x = next_x_, state.previous_v = next_v_;
+    state.previous_x.swap(next_x_), state.previous_v.swap(next_v_);
   }
 
   Scheme scheme_;
