@@ -12,10 +12,7 @@ def vertex_masses(mesh: ls.TriangleMesh, density: float) -> np.ndarray:
     corners = mesh.vertices[mesh.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     thirds = density * np.linalg.norm(normals, axis=1) / 6
-    masses = np.zeros(mesh.n_vertices)
-    for corner in range(3):
-        np.add.at(masses, mesh.triangles[:, corner], thirds)
-    return masses
+    return np.bincount(mesh.triangles.ravel(), np.repeat(thirds, 3))
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
