@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace loomstone {
@@ -79,26 +81,50 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
 
 }  // namespace
 
-bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& triangle,
-                                       unsigned among) const {
-  const Vec3& from = triangle[among & 1u ? 0 : among & 2u ? 1 : 2];
-  for (const Corners& other : *triangles_) {
+void HullOnTriangles::find_neighbours() {
+  const std::vector<Corners>& triangles = *triangles_;
+  const auto point = [&](std::size_t corner) -> const Vec3& {
+    return triangles[corner / 3][corner % 3];
+  };
+  at_corner_.resize(3 * triangles.size());
+  std::iota(at_corner_.begin(), at_corner_.end(), std::size_t{0});
+  std::sort(at_corner_.begin(), at_corner_.end(), [&](std::size_t a, std::size_t b) {
+    const Vec3 &x = point(a), &y = point(b);
+    return std::tie(x[0], x[1], x[2], a) < std::tie(y[0], y[1], y[2], b);
+  });
+  corners_.resize(triangles.size());
+  first_.clear();
+  for (std::size_t k = 0; k < at_corner_.size(); ++k) {
+    const std::size_t corner = at_corner_[k];
+    if (k == 0 || point(corner) != point(at_corner_[k - 1])) first_.push_back(k);
+    corners_[corner / 3][corner % 3] = first_.size() - 1;
+  }
+  first_.push_back(at_corner_.size());
+  for (std::size_t& entry : at_corner_) entry /= 3;
+}
+
+bool HullOnTriangles::reaches_farthest(const Vec3& direction, std::size_t t, unsigned among) const {
+  const int corner = among & 1u ? 0 : among & 2u ? 1 : 2;
+  const Vec3& from = (*triangles_)[t][corner];
+  const std::size_t shared = corners_[t][corner];
+  for (std::size_t k = first_[shared]; k < first_[shared + 1]; ++k) {
+    const std::array<std::size_t, 3>& others = corners_[at_corner_[k]];
     bool shares = true;
-    for (int k = 0; k < 3; ++k)
-      if (among & (1u << k))
-        shares &= std::find(other.begin(), other.end(), triangle[k]) != other.end();
+    for (int i = 0; i < 3; ++i)
+      if (among & (1u << i))
+        shares &= std::find(others.begin(), others.end(), corners_[t][i]) != others.end();
     if (!shares) continue;
-    for (const Vec3& corner : other)
-      if (direction.dot(corner - from) > zero_sine * (corner - from).norm()) return false;
+    for (const Vec3& x : (*triangles_)[at_corner_[k]])
+      if (direction.dot(x - from) > zero_sine * (x - from).norm()) return false;
   }
   return true;
 }
 
-bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal, double near,
-                                    Axis& best, Axis& met) const {
-  const ConvexPolyhedron& hull = *hull_;
-  best = {normal, normal.dot(hull.points[0] - triangle[0]), -1, -1, true, triangle[0]};
-  for (const Vec3& point : hull.points)
+bool HullOnTriangles::least_overlap(std::size_t t, const Vec3& normal, double near, Axis& best,
+                                    Axis& met) const {
+  const Corners& triangle = (*triangles_)[t];
+  best = {normal, normal.dot(hull_->points[0] - triangle[0]), -1, -1, true, triangle[0]};
+  for (const Vec3& point : hull_->points)
     best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
@@ -109,12 +135,12 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   };
   const auto consider = [&](Axis axis, unsigned among) {
     if (!better(axis.gap, met)) return;
-    axis.met = reaches_farthest(axis.direction, triangle, among);
+    axis.met = reaches_farthest(axis.direction, t, among);
     if (axis.met) met = axis;
     if (better(axis.gap, best)) best = axis;
   };
-  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
-    const ConvexPolyhedron::Face& face = hull.faces[f];
+  for (std::size_t f = 0; f < hull_->faces.size(); ++f) {
+    const ConvexPolyhedron::Face& face = hull_->faces[f];
     int lowest = 0;
     for (int k = 1; k < 3; ++k)
       if (face.normal.dot(triangle[k] - triangle[lowest]) < 0.0) lowest = k;
@@ -123,10 +149,10 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
     apart = std::max(apart, gap);
     consider({-face.normal, gap, static_cast<Index>(f), -1, true, triangle[lowest]}, 1u << lowest);
   }
-  for (std::size_t e = 0; e < hull.edges.size(); ++e) {
-    const auto& [points, faces] = hull.edges[e];
-    const Vec3 &from = hull.points[points[0]], along = hull.points[points[1]] - from;
-    const Vec3 &first = hull.faces[faces[0]].normal, &second = hull.faces[faces[1]].normal;
+  for (std::size_t e = 0; e < hull_->edges.size(); ++e) {
+    const auto& [points, faces] = hull_->edges[e];
+    const Vec3 &from = hull_->points[points[0]], along = hull_->points[points[1]] - from;
+    const Vec3 &first = hull_->faces[faces[0]].normal, &second = hull_->faces[faces[1]].normal;
     const double turn = first.cross(second).dot(along) > 0.0 ? 1.0 : -1.0;
     for (int side = 0; side < 3; ++side) {
       const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
@@ -265,7 +291,7 @@ void HullOnTriangles::meet_triangles(const Query& query) {
   for (std::size_t t = 0; t < query.n_met; ++t) {
     const Vec3 normal = facing_normal(query, triangles[t]);
     Axis best, met;
-    if (normal.isZero() || !least_overlap(triangles[t], normal, near, best, met)) continue;
+    if (normal.isZero() || !least_overlap(t, normal, near, best, met)) continue;
     if (best.met || best.direction.dot(normal) > turned_to) {
       touch(triangles[t], normal, near, best);
       continue;
@@ -292,6 +318,7 @@ void HullOnTriangles::meet_triangles(const Query& query) {
 void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   hull_ = &query.hull, triangles_ = &query.triangles;
   contacts_.clear(), planes.clear();
+  find_neighbours();
   meet_triangles(query);
   for (const HullContact& contact : contacts_) {
     const auto same = [&](const Contacts& plane) {

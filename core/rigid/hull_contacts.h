@@ -52,19 +52,20 @@ class HullOnTriangles {
   // Returns the unit normal of a triangle, pointing to the side that the triangle faces (see
   // the class), or zero if the triangle has no area.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
-  // Returns true if no triangle that shares the corners `among` (a bit mask) of `triangle` extends
+  // Fills corners_, first_ and at_corner_.
+  void find_neighbours();
+  // Returns true if no triangle that shares the corners `among` (a bit mask) of triangle t extends
   // beyond them along `direction`.
-  bool reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const;
+  bool reaches_farthest(const Vec3& direction, std::size_t t, unsigned among) const;
   // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
   // `from` if no corner is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
-  // which contacts are admissible. The normal of the triangle is always admissible. Returns false
-  // if there is no contact. This is the case if the gap along some axis exceeds `near`, or if hull
-  // and triangle overlap along `best` but are clearly apart along an axis that was not considered
-  // for `best`.
-  bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
-                     Axis& met) const;
+  // Determines two axes of least overlap of triangle t: `best` among all axes, and `met` among the
+  // axes along which contacts are admissible. The normal of the triangle is always admissible.
+  // Returns false if there is no contact. This is the case if the gap along some axis exceeds
+  // `near`, or if hull and triangle overlap along `best` but are clearly apart along an axis that
+  // was not considered for `best`.
+  bool least_overlap(std::size_t t, const Vec3& normal, double near, Axis& best, Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
   // Adds the contacts between the hull and a triangle. Each has the direction of `axis` or that
@@ -75,6 +76,10 @@ class HullOnTriangles {
 
   const ConvexPolyhedron* hull_ = nullptr;
   const std::vector<Corners>* triangles_ = nullptr;
+  // (t) The corners of each triangle, as numbers. Equal points have the same number.
+  std::vector<std::array<std::size_t, 3>> corners_;
+  // The triangles at corner c are at_corner_[first_[c]], ..., at_corner_[first_[c + 1] - 1].
+  std::vector<std::size_t> first_, at_corner_;
   Contacts contacts_;
   std::vector<Vec3> polygon_, clipped_;
 };
