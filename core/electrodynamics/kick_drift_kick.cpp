@@ -73,18 +73,18 @@ ContactAnswer answer_contacts(const MagneticModel& model, double h, const Carrie
   const RigidState& state = bodies.state;
   ContactAnswer answer{
       {state.positions, state.orientations, state.velocities, state.angular_velocities, {}}, {}};
+  Points impulses(model.n_bodies(), 3), angular_impulses(model.n_bodies(), 3);
   for (Index b = 0; b < model.n_bodies(); ++b) {
     const MagneticRotor& body = model.bodies[b];
-    const Vec3 kick = h * (wrenches[b].force / body.mass.mass + model.gravity);
-    answer.state.velocities.row(b) += kick.transpose();
-    Eigen::RowVector3d momentum = bodies.momenta.row(b) + h * wrenches[b].torque.transpose();
-    guide(body, answer.state.velocities.row(b), momentum);
+    impulses.row(b) = h * (wrenches[b].force + body.mass.mass * model.gravity).transpose();
+    angular_impulses.row(b) = h * wrenches[b].torque.transpose();
+    guide(body, impulses.row(b), angular_impulses.row(b));
     answer.state.angular_velocities.row(b) =
-        angular_velocity(body.rotor, state.orientations.row(b).transpose(), momentum.transpose())
+        angular_velocity(body.rotor, state.orientations.row(b).transpose(),
+                         bodies.momenta.row(b).transpose())
             .transpose();
   }
-  const Points none = Points::Zero(model.n_bodies(), 3);
-  world.advance(h, none, none, end, answer.state, &answer.touched);
+  world.advance(h, impulses, angular_impulses, end, answer.state, &answer.touched);
   return answer;
 }
 

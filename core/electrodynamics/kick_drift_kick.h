@@ -6,8 +6,8 @@
 //
 // Let v be the velocity at the start of a sub-step of length h, and a and a' the accelerations at
 // its start and end. The velocity of a free body changes by a h/2 before the drift and by a' h/2
-// after it. RigidWorld starts from the velocity v + a h, so that resting bodies stay at rest. The
-// new velocity of a body in contact is the one that RigidWorld returns plus (a' - a) h/2. The
+// after it. RigidWorld adds a h to v before it resolves contacts, so resting bodies stay at rest.
+// The new velocity of a body in contact is the one that RigidWorld returns plus (a' - a) h/2. The
 // forces thus change its momentum as much as that of a free body.
 #pragma once
 
@@ -41,8 +41,8 @@ struct ContactAnswer {
 // already contain them.
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
-// Applies `wrenches` and gravity to copies of the bodies for the whole sub-step h [s], and advances
-// the copies by RigidWorld, which resolves contacts. `end` contains the positions of the obstacles
+// Advances copies of the bodies by RigidWorld, which applies `wrenches` and gravity for the whole
+// sub-step h [s] and resolves contacts. `end` contains the positions of the obstacles
 // at the end of the sub-step.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
                               const ObstaclePlaces& end, const MovingBodies& bodies,

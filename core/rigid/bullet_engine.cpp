@@ -50,6 +50,40 @@ void BulletWorld::updateAabbs() {
   }
 }
 
+// Returns the kick [m/s] of the point of the object at `place`. Obstacles have none.
+btVector3 BulletWorld::kick_at(const btCollisionObject& object, const btVector3& place) const {
+  const auto body = static_cast<std::size_t>(object.getUserIndex());
+  if (body >= kicks_.size()) return btVector3(0, 0, 0);
+  return kicks_[body].linear +
+         kicks_[body].angular.cross(place - object.getWorldTransform().getOrigin());
+}
+
+// Bullet multiplies the restitution coefficient of a contact point by its approach speed, which
+// includes the kicks. This function first scales the coefficient, so that the product is that of
+// the approach speed without kicks.
+void BulletWorld::solveConstraints(btContactSolverInfo& info) {
+  for (int m = 0; m < getDispatcher()->getNumManifolds(); ++m) {
+    btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(m);
+    const auto& a = static_cast<const btRigidBody&>(*manifold.getBody0());
+    const auto& b = static_cast<const btRigidBody&>(*manifold.getBody1());
+    const btScalar restitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
+    if (restitution == 0.0) continue;
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      btManifoldPoint& point = manifold.getContactPoint(k);
+      const btVector3 &on_a = point.m_positionWorldOnA, &on_b = point.m_positionWorldOnB;
+      const btVector3 velocity =
+          a.getVelocityInLocalPoint(on_a - a.getWorldTransform().getOrigin()) -
+          b.getVelocityInLocalPoint(on_b - b.getWorldTransform().getOrigin());
+      const btVector3 kick = kick_at(a, on_a) - kick_at(b, on_b);
+      const btScalar speed = -point.m_normalWorldOnB.dot(velocity);
+      const btScalar before = -point.m_normalWorldOnB.dot(velocity - kick);
+      const bool bounces = speed > 0.0 && before > info.m_restitutionVelocityThreshold;
+      point.m_combinedRestitution = bounces ? restitution * (before / speed) : 0.0;
+    }
+  }
+  btDiscreteDynamicsWorld::solveConstraints(info);
+}
+
 BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
     : configuration(room_for_algorithms()) {
   configuration.setConvexConvexMultipointIterations(4, 4);

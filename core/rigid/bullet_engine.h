@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/base/rotation.h"
@@ -22,17 +23,31 @@ namespace loomstone {
 // its pose at the end (a facet: the velocity of its best-fit rigid motion). These velocities are
 // set explicitly. Bullet would compute them from pose differences with an arc cosine, which
 // amplifies rounding errors to a rotation of 1e-8 rad per step.
+//
+// Restitution excludes the kicks of the step, as it excludes gravity: forces that press two bodies
+// together do not make them bounce.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
+  // Change of a body's velocities by the impulses at the start of a step.
+  struct Kick {
+    btVector3 linear, angular;  // [m/s], [rad/s]
+  };
+
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
+  // Sets the kicks of the dynamic bodies, which their velocities must already contain.
+  void set_kicks(std::vector<Kick> kicks) { kicks_ = std::move(kicks); }
   void updateAabbs() override;
 
  protected:
   void saveKinematicState(btScalar) override {}
+  void solveConstraints(btContactSolverInfo& info) override;
 
  private:
+  btVector3 kick_at(const btCollisionObject& object, const btVector3& place) const;
+
   std::vector<btScalar> margins_;  // contact distance of each object of the world [m]
+  std::vector<Kick> kicks_;
 };
 
 // Bullet's world and the objects that it refers to. Members are destroyed in reverse order, so the

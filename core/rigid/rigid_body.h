@@ -183,10 +183,10 @@ class RigidWorld {
   // before this call, except through `state`.
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
-  // advances by `step` [s]. `obstacles` are the positions at the end of the step, which determine
-  // the velocities of the obstacles. If `touched` (b) is given, it is set to 1 for bodies whose
-  // motion was changed by contacts or gyroscopic torques (or, with gravity, by rounding), and to 0
-  // for the others.
+  // advances by `step` [s]. Restitution excludes these impulses, as it excludes gravity.
+  // `obstacles` are the positions at the end of the step, which determine the velocities of the
+  // obstacles. If `touched` (b) is given, it is set to 1 for bodies whose motion was changed by
+  // contacts or gyroscopic torques (or, with gravity, by rounding), and to 0 for the others.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);

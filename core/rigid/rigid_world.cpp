@@ -271,10 +271,15 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   const ObstaclePlaces& now = data.places;
   check_places(obstacles, now);
   data.follow(state);
+  std::vector<BulletWorld::Kick> kicks;
   for (std::size_t i = 0; i < n; ++i) {
-    engine.bodies[i]->applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));
-    engine.bodies[i]->applyTorqueImpulse(to_bullet(Vec3(angular_impulses.row(i).transpose())));
+    btRigidBody& body = *engine.bodies[i];
+    const btVector3 velocity = body.getLinearVelocity(), spin = body.getAngularVelocity();
+    body.applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));
+    body.applyTorqueImpulse(to_bullet(Vec3(angular_impulses.row(i).transpose())));
+    kicks.push_back({body.getLinearVelocity() - velocity, body.getAngularVelocity() - spin});
   }
+  engine.world.set_kicks(std::move(kicks));
   std::size_t obstacle = n;
   for (const std::size_t i : data.stiff) {
     const RigidPose &from = now.poses[i], &to = obstacles.poses[i];

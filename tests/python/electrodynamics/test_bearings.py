@@ -90,6 +90,22 @@ def test_a_fixed_stop_holds_a_driven_bar():
     assert done == pytest.approx(1e-3 * angle(sim), abs=1e-3 * 7.5 * 1e-3)
 
 
+@pytest.mark.parametrize("step", [1e-4, 1e-3, 4e-3])
+def test_a_driven_bar_bounces_off_a_stop_with_its_restitution(step):
+    # The torque of one step of 4 ms changes the speed of the tip by more than 0.2 m/s, below which
+    # bodies do not bounce. The approach speed nevertheless excludes this change.
+    stop = ls.obstacles.mesh(ls.meshes.sphere(radius=0.005), name="stop", centre=(LEVER, 0.02, 0))
+    sim = simulation([bar(restitution=0.6)], [stop], step=step, torque=1e-3)
+    spins, gain = [], 0.0
+    while sim.time < 0.6 - 1e-9:
+        sim.step()
+        spins.append(sim.state.body_angular_velocities[0, 2])
+        gain = max(gain, sim.report.account.balance)
+    assert -min(spins) == pytest.approx(0.6 * max(spins), rel=1e-9)
+    assert gain < 1e-9
+    assert abs(spins[-1]) < 1e-9, "the torque holds the bar at the stop"
+
+
 def test_a_scripted_obstacle_turns_a_bar():
     push = ls.obstacles.mesh(
         ls.meshes.sphere(radius=0.005),
