@@ -1,6 +1,7 @@
 // Builds the magnets, coils and bearings, and, for rendering, the magnetic polarity at each vertex
 // of bodies and obstacles.
 #include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"
 
@@ -24,6 +25,26 @@ MagneticScene magnetic_scene(const Scene& scene, const Model& model) {
   magnetic.gravity = scene.gravity, magnetic.field = scene.magnetic_field;
   magnetic.tolerance = scene.magnetic_tolerance, magnetic.substep = scene.magnetic_step;
   return magnetic;
+}
+
+// Refuses bodies whose initial motion is not a rotation about their bearing.
+void check_guided_motion(const Scene& scene, const MagneticModel& model) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!model.bodies[b].bearing) continue;
+    const RigidBody& body = scene.bodies[b];
+    const Vec3& axis = model.bodies[b].bearing->axis;
+    if (!body.velocity.isZero(0.0))
+      fail<InvalidInput>(
+          "bodies[{}].velocity must be 0 [m/s], because a bearing holds the centre of the body; "
+          "leave it out",
+          b);
+    const Vec3 across = body.angular_velocity - body.angular_velocity.dot(axis) * axis;
+    if (across.norm() > 1e-6 * body.angular_velocity.norm())
+      fail<InvalidInput>(
+          "bodies[{}].angular_velocity must be parallel to the axis of its bearing, got {:.6g} "
+          "rad/s across it; use a multiple of the axis",
+          b, across.norm());
+  }
 }
 
 void build_poles(Model& model) {
@@ -51,6 +72,7 @@ void build_magnetics(const Scene& scene, Model& model) {
     throw Unsupported(
         "scene.bearings require a scene without cloth; leave out the cloths or the bearings");
   model.magnetics = build_magnetic_model(magnetic_scene(scene, model));
+  check_guided_motion(scene, model.magnetics);
   if (!scene.magnets.empty()) build_poles(model);
 }
 

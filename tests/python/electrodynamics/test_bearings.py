@@ -138,3 +138,25 @@ def test_friction_never_reverses_a_bar(strength):
         last = spin
         total = sim.report.energy.body_kinetic + sim.report.circuits.bearing_work
         assert total == pytest.approx(0.5 * INERTIA * start**2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        ({"velocity": (0, 0, 1e-3)}, r"bodies\[0\].velocity must be 0"),
+        ({"angular_velocity": (0, 1, 5)}, r"bodies\[0\].angular_velocity must be parallel"),
+    ],
+)
+def test_initial_motion_against_a_bearing_is_refused(motion, message):
+    with pytest.raises(ls.InvalidInput, match=message):
+        simulation([bar(**motion)])
+
+
+def test_initial_rotation_about_an_inclined_bearing_is_accepted():
+    axis = np.array([0.0, 0.6, 0.8])
+    orientation = (np.cos(0.5 * np.arctan2(0.6, 0.8)), -np.sin(0.5 * np.arctan2(0.6, 0.8)), 0, 0)
+    turned = bar(orientation=orientation, angular_velocity=5 * axis)
+    scene = ls.Scene(bodies=[turned], gravity=(0, 0, 0), bearings=[ls.Bearing("bar", 3 * axis)])
+    sim = ls.Simulation(scene, threads=1)
+    run(sim, 0.01)
+    assert sim.state.body_angular_velocities[0] == pytest.approx(5 * axis, rel=1e-9)
