@@ -120,7 +120,7 @@ def plot_parallel(
     _draw_communication(communication, groups)
     _draw_scaling(scaling, groups, alone, runs)
     if title:
-        figure.suptitle(title, fontsize="medium")
+        figure.suptitle(title, fontsize="medium", wrap=True)
     return save_figure(figure, path, dpi=120)
 
 

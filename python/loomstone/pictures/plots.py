@@ -87,7 +87,7 @@ def plot_steps(
     axes = figure.add_subplot()
     _DRAW[kind](axes, steps)
     if title:
-        figure.suptitle(title, fontsize="medium")
+        figure.suptitle(title, fontsize="medium", wrap=True)
     if not axes.lines and not axes.collections:
         axes.text(0.5, 0.5, "all values are 0", transform=axes.transAxes, ha="center")
     axes.set_xlabel("time [s]")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -210,9 +211,16 @@ def read_predictions(path: Path) -> list[Prediction]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file, strict=True))
-        return [
+        found = [
             Prediction(**{n: convert[str(t)](row[n]) for n, t in types.items()}) for row in rows
         ]
+        for each in found:
+            numbers = [value for value in vars(each).values() if not isinstance(value, str)]
+            if each.ranks < 1 or not all(0 <= value < math.inf for value in numbers):
+                raise ValueError(f"{each.ranks} ranks: all numbers must be finite and >= 0")
+            if each.decomposition not in REPLAYED:
+                raise ValueError(f"unknown decomposition {each.decomposition!r:.40}")
+        return found
     except FileNotFoundError:
         return []
     except (KeyError, TypeError, ValueError, csv.Error) as error:

@@ -2,7 +2,9 @@
 replayed ones.
 """
 
+import csv
 import json
+import math
 import shutil
 
 import loomstone as ls
@@ -139,3 +141,87 @@ def test_bad_input_gets_one_sentence(finished, tmp_path):
     (copied / "report.json").unlink()
     done = command("plot", copied, "--what", "parallel")
     assert done.exit_code == 1 and "has no report.json" in done.output
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("ranks", 0),
+        ("ranks", "two"),
+        ("ranks", True),
+        ("decomposition", "slices"),
+        ("preparation_seconds", None),
+        ("preparation_seconds", math.nan),
+    ],
+)
+def test_unusable_entries_of_a_report_are_named(finished, tmp_path, name, value):
+    copied = shutil.copytree(finished, tmp_path / "copied")
+    report = json.loads((copied / "report.json").read_text())
+    (copied / "report.json").write_text(json.dumps(report | {name: value}))
+    done = command("plot", copied, "--what", "parallel")
+    assert done.exit_code == 1 and f"report.json: cannot use {name} =" in done.output
+
+
+def test_a_report_that_is_no_object_is_refused(finished, tmp_path):
+    copied = shutil.copytree(finished, tmp_path / "copied")
+    (copied / "report.json").write_text("[1]")
+    done = command("plot", copied, "--what", "parallel")
+    assert done.exit_code == 1 and "must be a JSON object" in done.output
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda table: table[:1], "has no steps"),
+        (lambda table: without(table, "seconds.integrate"), "has no column seconds.integrate"),
+        (lambda table: without(table, "ranks.waiting"), "has no column ranks.waiting"),
+        (lambda table: with_last(table, "ranks.waiting", "nan"), "ranks.waiting must be finite"),
+        (lambda table: with_last(table, "time", "0.001"), "time must increase"),
+        (lambda table: with_last(table, "time", "1e9"), "must end with the last frame"),
+    ],
+)
+def test_damaged_tables_of_steps_are_refused(finished, tmp_path, change, message):
+    copied = shutil.copytree(finished, tmp_path / "copied")
+    with (copied / "steps.csv").open(newline="") as file:
+        table = list(csv.reader(file))
+    with (copied / "steps.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(change(table))
+    done = command("plot", copied, "--what", "parallel")
+    assert done.exit_code == 1 and "steps.csv" in done.output and message in done.output
+
+
+def without(table, name):
+    column = table[0].index(name)
+    return [row[:column] + row[column + 1 :] for row in table]
+
+
+def with_last(table, name, value):
+    column = table[0].index(name)
+    return [*table[:-1], [value if i == column else cell for i, cell in enumerate(table[-1])]]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("ranks", "-4", "must be finite"),
+        ("seconds", "inf", "must be finite"),
+        ("decomposition", "slices", "unknown decomposition"),
+    ],
+)
+def test_unusable_predictions_are_refused(finished, tmp_path, name, value, message):
+    assert command("replay", finished, "--ranks", "1,4").exit_code == 0
+    copied = shutil.copytree(finished, tmp_path / "copied")
+    with (copied / "replay.csv").open(newline="") as file:
+        table = list(csv.reader(file))
+    with (copied / "replay.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(with_last(table, name, value))
+    done = command("plot", copied, "--what", "parallel")
+    assert done.exit_code == 1 and "is not a table of predictions" in done.output
+    assert message in done.output
+
+
+def test_long_titles_stay_inside_the_picture(drawn, tmp_path):
+    plot_parallel([made(1, 1.0)], tmp_path / "parallel.png", title="parameters " * 40)
+    figure = drawn[-1]
+    figure.canvas.draw()
+    assert figure._suptitle.get_window_extent().width <= figure.bbox.width
