@@ -233,14 +233,28 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
 
 
 def boundary_loops(triangles: NDArray[np.integer]) -> list[list[int]]:
-    half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    known = {(int(a), int(b)) for a, b in half}
-    following = {a: b for a, b in known if (b, a) not in known}
+    """Returns the vertices of each boundary loop, in the direction of the boundary half-edges.
+
+    Loops may touch in a vertex. Each then passes along the triangles that are joined there by
+    edges.
+    """
+    third = {}  # of each half-edge (a, b): the third vertex of its triangle
+    for a, b, c in triangles.tolist():
+        third[a, b], third[b, c], third[c, a] = c, a, b
+    unused = sorted(edge for edge in third if edge[::-1] not in third)
+    left = set(unused)
     loops = []
-    while following:
-        loop = [min(following)]
-        while (successor := following.pop(loop[-1], None)) is not None and successor != loop[0]:
-            loop.append(successor)
+    for start in unused:
+        if start not in left:
+            continue
+        loop, edge = [], start
+        while edge in left:
+            left.remove(edge)
+            loop.append(edge[0])
+            corner, far = edge[1], third[edge]
+            while (far, corner) in third:
+                far = third[far, corner]
+            edge = corner, far
         loops.append(loop)
     return loops
 
