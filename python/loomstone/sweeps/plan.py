@@ -31,6 +31,7 @@ __all__ = [
 
 MOST_POINTS = 100_000
 _LONGEST_NAME = 120  # longest name without a hash; file systems allow 255 bytes
+_QUOTED = re.compile(r"""('|")(?:\\.|(?!\1).)*\1(?=,|$)""")  # a piece that is a string literal
 
 
 @dataclass(frozen=True)
@@ -48,10 +49,11 @@ class Point:
 def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str, list[Any]]:
     """Returns the values of each parameter of a sweep.
 
-    Values are separated by commas. first:last:count gives equally spaced values, which are integers
-    if all of them are whole and the text has no decimal point. Raises InvalidInput unless each item
-    is name=values, each name is given once, the values of a name differ, ranges have finite ends
-    and a count of at least 2, and there are at most MOST_POINTS combinations.
+    Values are separated by commas; values with commas can be quoted. first:last:count gives equally
+    spaced values, which are integers if all of them are whole and the text has no decimal point.
+    Raises InvalidInput unless each item is name=values, each name is given once, the values of a
+    name differ, ranges have finite ends and a count of at least 2, and there are at most
+    MOST_POINTS combinations.
 
     texts : names of the parameters whose values are texts, even if they look like numbers or ranges
 
@@ -59,6 +61,8 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
     {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}
     >>> parse_values(["case=free,parallel", "spheres=1:3:3"])
     {'case': ['free', 'parallel'], 'spheres': [1, 2, 3]}
+    >>> parse_values(["title='one, two',three"])
+    {'title': ['one, two', 'three']}
     """
     found: dict[str, list[Any]] = {}
     for item in items:
@@ -99,17 +103,24 @@ def first_values(items: Sequence[str]) -> dict[str, Any]:
 
 
 def _pieces(text: str) -> list[str]:
-    """Splits a text at the commas that are not inside brackets.
+    """Splits a text at the commas that are neither inside brackets nor in a quoted piece.
 
     Omits empty pieces; if all are empty, returns one empty piece.
+
+    >>> _pieces("'a, b',[1,2],it's")
+    ["'a, b'", '[1,2]', "it's"]
     """
-    pieces, depth = [""], 0
-    for character in text:
-        depth = max(0, depth + (character in "([{") - (character in ")]}"))
-        if character == "," and depth == 0:
+    pieces, depth, place = [""], 0, 0
+    while place < len(text):
+        quoted = _QUOTED.match(text, place) if not pieces[-1] else None
+        taken = quoted[0] if quoted else text[place]
+        place += len(taken)
+        if not quoted:
+            depth = max(0, depth + (taken in "([{") - (taken in ")]}"))
+        if taken == "," and depth == 0:
             pieces.append("")
         else:
-            pieces[-1] += character
+            pieces[-1] += taken
     return [piece for piece in pieces if piece] or [""]
 
 
