@@ -292,9 +292,12 @@ void bind_failures(py::class_<S>& c) {
       "0.01 or, if the limit is below 0.05, by more than a fifth of the limit and more than 1e-4. "
       "The largest excess comes first.\n"
       "Triangles of all cloths are numbered consecutively.");
-  c.def("intersecting_pairs", &S::intersecting_pairs, Released(),
-        "Returns the pairs of triangles that intersect in the current state. Triangles of all "
-        "surfaces are numbered consecutively.");
+  c.def(
+      "intersecting_pairs", &S::intersecting_pairs, Released(),
+      "Returns the pairs of triangles that intersect in the current state and share no vertex.\n\n"
+      "The triangles of all surfaces are numbered consecutively: cloths, rigid bodies, "
+      "obstacles. Pairs without cloth are included: a body that rests on an obstacle or on "
+      "another body can overlap it slightly.");
   c.def(
       "near_contacts",
       [](const S& self) {

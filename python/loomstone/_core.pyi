@@ -4315,7 +4315,9 @@ class Simulation:
         """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
-        Returns the pairs of triangles that intersect in the current state. Triangles of all surfaces are numbered consecutively.
+        Returns the pairs of triangles that intersect in the current state and share no vertex.
+
+        The triangles of all surfaces are numbered consecutively: cloths, rigid bodies, obstacles. Pairs without cloth are included: a body that rests on an obstacle or on another body can overlap it slightly.
         """
     def keep_collision_motion(self, keep: bool) -> None:
         """
