@@ -1,4 +1,4 @@
-// Binds the exceptions, step reports, the appearance of surfaces (Look), and frames.
+// Binds exceptions, step reports, the appearance of surfaces (Look), and frames.
 #include "core/base/frame.h"
 
 #include "bindings/bindings.h"

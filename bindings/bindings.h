@@ -66,8 +66,8 @@ struct Argument {
   const char* unit;
 };
 
-// Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`,
-// also in lists and tuples. Returns other values unchanged. Throws InvalidInput for a quantity of
+// Converts quantities of any Pint registry, such as loomstone.units, and lists and tuples of them
+// to plain numbers in `unit`. Returns other values unchanged. Throws InvalidInput for a quantity of
 // another dimension. `where` is the name of the value in error messages.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
@@ -132,8 +132,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Converts an object to an (n x columns) array. Throws InvalidInput, with the actual shape, for
-// another number of dimensions or columns, or if `rows` >= 0 and n is not equal to `rows`.
+// Converts an object to an (n x columns) array. Throws InvalidInput, which states the actual shape,
+// if the object has another shape or if `rows` >= 0 and n is not equal to `rows`.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

@@ -159,7 +159,7 @@ py::object plain(const D& value) {
   return dict;
 }
 
-// --- repr, which lists required fields, and other fields only if they differ from the default ---
+// --- repr, which lists required fields and all fields that differ from their defaults ---
 template <class T>
 std::string repr_of(const T& value) {
   if constexpr (EigenArray<T>) {
@@ -229,7 +229,7 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::optional<double>> || std::is_same_v<Member, Automatic> ||
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// If the field may not carry a unit, returns the value unchanged. Otherwise, converts a value that
+// If the field cannot have a unit, returns the value unchanged. Otherwise, converts a value that
 // carries a unit to plain numbers in the unit of the field, throws InvalidInput for a unit of
 // another dimension and a TypeError for a bool, and returns all other values unchanged.
 template <class D, class F>
@@ -344,7 +344,7 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
 }
 
 // Does nothing. It is called after the fields of a description have been set from the arguments.
-// An overload for a class, such as Scene, then completes the description.
+// An overload for a class, such as Scene, completes the description instead.
 template <Description D>
 void complete(D&) {}
 

@@ -1,5 +1,5 @@
-// Binds calls to hypot to its first symbol version on x86-64, which every glibc has. glibc 2.35
-// added a symbol version that differs only in its handling of errors. A wheel that uses the new
+// Binds calls to hypot to the first version of this symbol on x86-64. Every glibc has this version.
+// glibc 2.35 added a version that differs only in its handling of errors. A wheel that uses the new
 // version cannot run with an older glibc.
 extern "C" {
 

@@ -77,8 +77,8 @@ std::string kind_name() {
                        hint);
 }
 
-// Returns a hint on how to make or read a TriangleMesh, given a value of another type; empty for
-// None.
+// Returns a hint on how to make or read a TriangleMesh, given a value of another type. The hint is
+// empty for None.
 inline std::string mesh_hint(const py::object& value) {
   if (value.is_none()) return "";
   if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__"))

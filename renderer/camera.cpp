@@ -1,4 +1,4 @@
-// Fits the camera so that every point to show projects into the picture. In camera coordinates (a
+// Fits the camera so that every given point projects into the picture. In camera coordinates (a
 // right, b up, c into the picture), a point is within the picture horizontally if |a - eye_a| <= t
 // (c - eye_c), where t is the tangent of half the angle of view, reduced by a margin. The largest
 // values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to the intersection of

@@ -27,8 +27,8 @@ Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Returns the width that the legend of a field takes at the right edge of a picture [pixels].
 double legend_width(int height);
-// Returns this width as a fraction of the width of the picture, at most 0.3, or 0 if no field is
-// drawn.
+// Returns the width of the legend as a fraction of the width of the picture, at most 0.3, or 0 if
+// no field is drawn.
 double legend_share(const RenderOptions& options);
 
 // Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible

@@ -25,7 +25,7 @@ class Materials {
  public:
   Materials(const GL& gl, const FrameTopology& topology);
   const Material& cloth(Index number) const { return cloths_[static_cast<std::size_t>(number)]; }
-  // Returns the material of a body or obstacle or, if `number` equals their number, of the curves.
+  // Returns the material of a body or obstacle, or of the curves if `number` is the count of both.
   const Material& body(Index number) const { return bodies_[static_cast<std::size_t>(number)]; }
 
  private:

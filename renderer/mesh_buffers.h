@@ -1,5 +1,5 @@
 // Triangle buffers for OpenGL. Every vertex has a position, a shading normal, uv coordinates and
-// two values that determine colours. A vertex is split where uv or normal differs between its
+// two values that determine colours. A vertex is split where uv or normals differ between its
 // triangles: along uv seams and along sharp edges of bodies.
 #pragma once
 

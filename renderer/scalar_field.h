@@ -36,7 +36,7 @@ ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fiel
 // `values`. For fields other than contact, `values` is first changed. If the map is diverging,
 // `values` becomes a range centred on the neutral value (1 for stretch, 0 for strains). This range
 // reaches as far as a single given end on its own side (color_low below the neutral value,
-// color_high above it), or else just far enough to contain `values`. If the range has almost no
+// color_high above it), or else just far enough to contain `values`. If `values` then has almost no
 // width, it is widened. If all values are beyond a single given end, the result begins or ends
 // there and has almost no width.
 ColorRange color_range(const RenderOptions& options, const std::string& row,

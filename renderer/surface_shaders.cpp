@@ -144,9 +144,9 @@ const char* background_text = R"(
 void main() { color = encode(backdrop()); }
 )";
 
-// A floor without colour and texture shows the backdrop, slightly brighter near the centre and
-// darkened by shadows and occlusion. Both effects vanish towards the floor's border, which is thus
-// invisible. Floors with a colour or texture fade into the backdrop.
+// A floor without a colour or texture shows the backdrop, slightly brighter near the centre and
+// darkened by shadows and occlusion. All these effects vanish towards the floor's border, which is
+// thus invisible. Floors with a colour or texture fade into the backdrop.
 const char* floor_text = R"(
 uniform int transparent;   // 1: no backdrop; a floor without colour and texture shows only shadows
 uniform int colored;       // 1: the floor has a colour or texture of its own

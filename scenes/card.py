@@ -1,7 +1,7 @@
 """Boxes are thrown onto a cloth that is pinned at its corners.
 
 The cloth yields under each box, waves run through it, and it carries the growing pile. The boxes
-tumble, collide and gather in the sag. Cloth and boxes are coupled two-way.
+tumble, collide and gather in the sag. Cloth and boxes act on each other.
 """
 
 import loomstone as ls

@@ -50,8 +50,8 @@ def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
         mesh = curtain(side, triangles)
         x = np.asarray(mesh.vertices)
         place = np.array((0.0, -side * APART, AT))
-        # The cloth is sewn to the magnet up to one mean mesh edge beyond the magnet's outline, so
-        # that it hardly bends where it touches the magnet.
+        # The cloth is sewn to the magnet up to one mean edge length beyond the magnet's outline and
+        # thus hardly bends where it touches the magnet.
         beyond = np.maximum(
             np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0],
             np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2],

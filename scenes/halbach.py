@@ -67,8 +67,8 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
 
 
 def strengths(cubes: int = 7) -> tuple[float, float]:
-    """Returns the mean |B| [T] over the middle third of the array, at the height of the upper ball
-    and at that of the lower ball.
+    """Returns the mean |B| [T] over the middle third of the array, at the height of the upper small
+    magnet and at that of the lower one.
     """
     sources = array(cubes, 1.2)
     x = np.linspace(-cubes * CUBE / 6, cubes * CUBE / 6, 41)

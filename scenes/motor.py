@@ -75,7 +75,7 @@ def scene(
 
 
 def speed_at(load: float, *, time: float = 1.5, step: float = 5e-4) -> tuple[float, float, float]:
-    """Returns speed [rad/s], root-mean-square current [A] and efficiency [1] with a load [N m],
+    """Returns the speed [rad/s], root-mean-square current [A] and efficiency [1] with a load [N m],
     measured over the last fifth of a run.
     """
     sim = ls.Simulation(scene(load=load), integrator=ls.SemiImplicitEuler(step=step), threads=1)

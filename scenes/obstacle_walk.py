@@ -335,7 +335,7 @@ def stairs() -> ls.TriangleMesh:
 
 
 def course() -> list[ls.Obstacle]:
-    """Returns floor, hurdles and stairs."""
+    """Returns the floor, the hurdles and the stairs."""
     hurdles = [
         ls.obstacles.box(
             name=f"hurdle {k + 1}",

@@ -113,7 +113,7 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
 
 def gaps_of(run: ls.Run) -> tuple[np.ndarray, np.ndarray]:
     """Returns, for every frame, the height of the weight's foot above the floor and the gap between
-    magnet and plate [m].
+    the magnet and the plate [m].
     """
     owner = run.topology.body_of_vertex
     weight, plate = (

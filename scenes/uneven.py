@@ -60,7 +60,7 @@ def edge_at(points: Floats, hat: Profile, fine: float) -> Floats:
 
 
 def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.int32]]:
-    """Returns points and triangles of the disc.
+    """Returns the points (n x 2) [m] and triangles (m x 3) of the disc.
 
     Points on the rim are evenly spaced. Inner points are placed at random, with distances of at
     least the desired edge length times a factor, which decreases until all are placed. Then each

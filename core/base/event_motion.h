@@ -87,7 +87,7 @@ struct EventMotion {
     if (clocks) return clocks->of_body[body] - clocks->now;
     return levels->ahead[bodies[body].level];
   }
-  // Row of `kicks` of a vertex [m/s]; 0 if the vertex has no event now.
+  // Row of a vertex in `kicks` [m/s], or 0 if the vertex has no event now.
   Vec3 kick(Index vertex) const {
     return ahead(vertex) == 0.0 ? Vec3(kicks.row(vertex).transpose()) : Vec3::Zero();
   }

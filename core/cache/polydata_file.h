@@ -41,8 +41,8 @@ struct PolyDataMesh {
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
 // leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
 // last frame, and file().flush() writes it to the file. Then commit() adds the time of the frame
-// and increments the attribute NSteps, the frame count, which a second file().flush() writes. If
-// writing a frame fails, the caller may write the same frame again.
+// and increments the attribute NSteps, the frame count. A second file().flush() writes both to the
+// file. If writing a frame fails, the caller may write the same frame again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, PolyDataMesh mesh,
@@ -107,7 +107,7 @@ class PolyDataReader {
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;
   Points positions(std::int64_t frame) const;
-  // These two functions read the values of `field` in a frame, at the vertices or at the cells.
+  // read_at_vertices() and read_at_cells() read the values of `field` in a frame.
   void read_at_vertices(const std::string& field, const RowFormat& format, std::int64_t frame,
                         void* values) const;
   void read_at_cells(const std::string& field, const RowFormat& format, std::int64_t frame,

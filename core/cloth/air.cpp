@@ -82,7 +82,7 @@ double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface
                  const Vector& mass, Index begin, Index end) {
   if (!air.drags() || begin == end) return 0.0;
   const auto& [start, items] = surface.triangles_of_vertex;
-  Vector drag(surface.triangles.rows());  // per relative velocity, at each vertex [kg/s]
+  Vector drag(surface.triangles.rows());  // (m) at each corner, per relative velocity [kg/s]
   for_triangles_at(team, surface, begin, end, [&](Index t) {
     const auto [area, n, along, tangential] = relative_wind(air, surface, t);
     drag[t] = air.density * area / 6.0 *

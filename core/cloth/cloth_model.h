@@ -51,7 +51,7 @@ struct ClothModel {
     return static_cast<Index>(next - first_triangle.begin()) - 1;
   }
   // Returns the setup of the bending elements of one cloth. It contains the vertices of all cloths,
-  // but only the triangles of this one.
+  // but only the triangles of this cloth.
   BendingSetup setup_of(const BendingPart& part) const;
 
   std::size_t bytes() const {

@@ -161,9 +161,9 @@ class Elasticity {
   std::vector<Index> other_rows_read(Range rows) const;
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, RowsOut force);
-  // The next two functions return the energies of the blocks of triangles of this rank [J], and 0
-  // for all other blocks. Where elements are not divided, these functions return totals instead:
-  // that of the membrane, or that of the bending of each cloth.
+  // membrane_sums() and bending_sums() return the energies of the blocks of triangles of this rank
+  // [J], and 0 for all other blocks. Where elements are not divided, they return totals instead:
+  // one for the whole membrane, and one for the bending of each cloth.
   std::vector<double> membrane_sums(const Team& team, const Points& x);
   std::vector<double> bending_sums(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);

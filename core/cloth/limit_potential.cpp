@@ -8,8 +8,8 @@ namespace loomstone {
 namespace {
 
 // Modulus that the second phase of the membrane adds (see LimitMode), as a multiple of the modulus
-// of the first phase, which is the membrane within its limits. Our choice: with smaller values more
-// stretch remains, and larger values require shorter steps.
+// of the first phase, which is the membrane within its limits. Our choice: with smaller values,
+// more stretch remains, and larger values require shorter steps.
 constexpr double second_modulus = 30.0;
 // Strain at which the third phase begins (see LimitMode), as a multiple of the limit. Our choice.
 constexpr double third_strain = 1.5;

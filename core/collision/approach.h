@@ -47,7 +47,7 @@ struct ExpectedMotion {
 // their thickness plus largest_loss() at their relative speed, and whose 18-DOPs overlap. The
 // 18-DOPs enclose the motion at faster_approach times the expected velocities, with a margin for
 // the thickness and for the allowance at zero speed. A candidate is culled if its distance stays
-// above the thickness along one of these directions: from closest point to closest point at the
+// above the thickness along one of these directions: the line through the closest points at the
 // start, the normal of the face, or the common normal of the two edges. Two edges whose closest
 // points do not lie inside both edges are also culled if they cannot move by motion_to_cross()
 // relative to each other within the step. A pair is a contact if it is closer than its thickness at

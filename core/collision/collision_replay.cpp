@@ -199,7 +199,7 @@ RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition
   const Data& d = *data_;
   RecordedTests tests;
   SharedSearch shared(d.model, d.pairs, d.boxes, decomposition, single_communicator(), n_ranks);
-  // The first search measures costs, by which the tests of the recorded step are dealt out.
+  // The first search measures the costs by which the tests of the recorded step are dealt out.
   if (decomposition == Decomposition::Dynamic) find(search, Team{}, shared, steps_before_deal);
   shared.record(&tests);
   for (int i = 0; i < repetitions; ++i) tests.result_bytes = find(search, Team{}, shared);

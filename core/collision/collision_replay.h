@@ -44,9 +44,9 @@ class CollisionReplay {
 
   // Measures the work on neighbour lists in both searches of a step. Piece i of each OrderedWork is
   // the work on all lists whose first cluster has index i among the first clusters of all surface
-  // pairs (see ClusterOwners). The expected costs are those of the preceding step. The motion is
-  // extrapolated backwards to get the preceding steps. Each measured cost is the smallest of
-  // `repetitions` measurements. Throws InvalidInput if `repetitions` is less than 1.
+  // pairs (see ClusterOwners). Several preceding steps, whose positions are extrapolated backwards,
+  // are performed first. The expected costs are those of the last of them. Each measured cost is
+  // the smallest of `repetitions` measurements. Throws InvalidInput if `repetitions` is below 1.
   struct Lists {
     OrderedWork contacts, impacts;
   };

@@ -110,7 +110,7 @@ struct CollisionStage::Data {
   ContactSet known;
   // With lists, known_update is NeighbourLists::n_updates() after their update at x0. Without
   // lists, known_x is a copy of x0.
-  std::int64_t known_update = -1;  // -1: no contacts are known
+  std::int64_t known_update = -1;  // -1: no contacts are known from lists
   Points known_x;
   KnownStrengths strengths;                   // strengths of the contacts in `known`
   ContactSet returned;                        // the last result that was not `known` itself

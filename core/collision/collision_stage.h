@@ -68,7 +68,7 @@ class CollisionStage {
   const ContactTotals& totals() const;
 
   // Collective. Returns the pairs that may come closer than their thickness in the step of
-  // `motion`. Asynchronous steps evaluate contacts at events for these pairs.
+  // `motion`. At events, asynchronous steps evaluate the contacts of these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
 

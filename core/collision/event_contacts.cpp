@@ -88,8 +88,8 @@ FourPoints EventContacts::points_of(Index pair, double time, const EventMotion& 
   return points;
 }
 
-// Returns the velocity of a vertex. For a vertex of a rigid body, returns the velocity of the body
-// at the contact point instead, which is the weighted mean of the velocities of the body's vertices
+// Returns the velocity of a vertex. For a vertex of a rigid body, returns instead the velocity of
+// the body at the contact point. It is the weighted mean of the velocities of the body's vertices
 // in the pair.
 Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
   if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();

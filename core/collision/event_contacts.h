@@ -3,8 +3,8 @@
 // thickness, and the pair then regains its thickness slowly. A pair that is farther apart is
 // evaluated again when it may come closer than its thickness, but no sooner than after the shortest
 // step of its vertices. Two edges push each other only if their closest points lie inside both
-// edges. Otherwise an end of one edge is closest to the other edge, and the pairs of this vertex
-// with the faces at that edge are at least as close. Implements the second stage of
+// edges. Otherwise an end vertex of one edge is closest to the other edge, and the pairs of this
+// vertex with the faces at the other edge are at least as close. Implements the second stage of
 // [Thomaszewski2010], 4.3.
 #pragma once
 

@@ -14,8 +14,8 @@ double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
 // Returns the currents of all coils (coils) [A] at `time` [s]. `circuits` contains the currents of
-// the coils in MagneticModel::circuits [A], in the order of that list; if it is empty, these
-// currents are zero. The other coils have given currents.
+// the coils in MagneticModel::circuits [A], in the order of that list. If `circuits` is empty,
+// these currents are zero. The other coils have given currents.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
 // Returns the currents of all coils (coils) [A]: the circuit currents of the state `circuits`, and
 // the given currents at `time` [s].

@@ -33,7 +33,7 @@ MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impuls
 // Result of RigidWorld for the full kick of a sub-step.
 struct ContactAnswer {
   RigidState state;
-  std::vector<std::uint8_t> touched;  // (b) 1: the body did not move freely
+  std::vector<std::uint8_t> touched;  // (bodies) 1: the body did not move freely
 };
 
 // Applies the impulses at the end of a step to the bodies that move freely. The wrenches given to

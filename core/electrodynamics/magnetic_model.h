@@ -95,8 +95,8 @@ struct MagneticModel {
 // Validates the scene and builds its model. Throws InvalidInput or Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
-// Throws InvalidInput if, at the start, magnetisable bodies overlap each other, magnets or
-// windings, if two circuits are loops that coincide, or if the inductance matrix of several
+// Throws InvalidInput if one of these holds at the start: a magnetisable body overlaps another one,
+// a magnet or a winding; two circuits are loops that coincide; the inductance matrix of several
 // circuits is not positive definite.
 // Throws Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and
 // outside the winding of a coil with wants_flux(). Spheres treated as point dipoles are checked

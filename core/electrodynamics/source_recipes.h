@@ -1,6 +1,6 @@
 // Comparison of recipes, and functions that recreate sources and magnetisable bodies from them.
-// Recreated sources and bodies give bitwise the same results as the originals, except that a
-// CellMagnet is recreated without its expansion.
+// Results of recreated sources and bodies are bitwise identical to those of the originals, except
+// that a CellMagnet is recreated without its expansion.
 #pragma once
 
 #include "core/magnetics/induction/soft_shape.h"

@@ -99,8 +99,8 @@ SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
   return coarse;
 }
 
-// Adds to `squares` the squared frequencies due to the forces on induced spheres from each other
-// and from hard magnets and coils on obstacles.
+// Adds to `squares` the squared frequencies due to two kinds of forces: those between induced
+// spheres, and those on induced spheres from the hard magnets and coils that obstacles carry.
 void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
                                    const std::vector<SoftSphere>& spheres,
                                    const std::vector<Carrier>& carriers,

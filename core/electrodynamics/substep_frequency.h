@@ -16,7 +16,7 @@ struct Oscillators {
   const std::vector<MagneticBody>& magnets;  // magnetisation includes the effect of `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
-  std::vector<std::uint8_t> touching;        // (b) 1: body in contact
+  std::vector<std::uint8_t> touching;        // (bodies) 1: body in contact
 };
 
 // Computes the bound. Contains only constant tables of the model. `model` and `magnets` must

@@ -32,7 +32,7 @@ namespace loomstone {
 // The displacements in a sub-step, and the wrenches between magnets at its start and end.
 struct SubstepWork {
   const RigidState &start, &end;
-  const std::vector<std::uint8_t>& touched;  // (b) 1: did not move freely
+  const std::vector<std::uint8_t>& touched;  // (bodies) 1: body did not move freely
   const std::vector<Twist>& twists;          // motion of the obstacles
   double length;                             // [s]
   const CarrierWrenches first, second;

@@ -27,8 +27,8 @@ namespace {
 // kept. If the error of friction is below the second value, the friction of a later solve is kept.
 // Our choice. In a landing, the normal forces of the first solve can be three times as large as
 // those of the second one. With two solves at most, sheets that land on a floor have up to 3.4
-// times the friction of Coulomb's law, and with five up to 1.6 times. With 0.5 as the second value,
-// a disc creeps on a turntable that it turns with.
+// times the friction of Coulomb's law, and with five solves up to 1.6 times. With 0.5 as the second
+// value, a disc that turns with a turntable creeps on it.
 constexpr double force_tolerance = 0.1, force_tolerance_again = 1.0;
 constexpr int most_solves = 5;
 // Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
@@ -226,7 +226,8 @@ class LinearisedIntegrator final : public Integrator {
       if (!(state.previous_step > 0.0)) return {};
       return {state.v.data(), state.previous_step};
     }
-    // Midpoint and BDF-2 take steps by backward Euler in order to damp, and this stress damps, too.
+    // Midpoint and BDF-2 take steps by backward Euler in order to damp. The stress from the
+    // neglected strain damps, too, so it is kept.
     const bool damped = scheme == Scheme::BackwardEuler;
     if (damped || state.previous_x.rows() != model_.n_vertices) return {};
     moved_ = state.x - state.previous_x;

@@ -230,9 +230,9 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Estimates the norm of the rounding error of the residual by the change of the residual if the
-  // whole cloth is moved along each axis by a third of the largest absolute coordinate. Without
-  // rounding, this changes no force. Overwrites trial_.
+  // Estimates the norm of the rounding error of the residual as the norm of its change when the
+  // whole cloth is moved along all three axes at once, by a third of the largest absolute
+  // coordinate. Without rounding, this motion changes no force. Overwrites trial_.
   double rounding_error(const Step& step) {
     const Points start = start_x_;
     const double largest = start.size() > 0 ? start.cwiseAbs().maxCoeff() : 0.0;

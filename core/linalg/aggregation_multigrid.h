@@ -45,7 +45,7 @@ class AggregationMultigrid {
   // rows that the matrix and the terms couple to owned rows. Collective.
   void prepare(const Team& team, const LinearSystem& system, const Halo& halo);
 
-  // Returns false if a diagonal block of a level or the coarsest matrix is not positive definite.
+  // Returns false if the coarsest matrix or a diagonal block of any level is not positive definite.
   // In that case there is no correction.
   bool usable() const { return usable_; }
 
@@ -142,7 +142,7 @@ class AggregationMultigrid {
   std::vector<Foreign> foreign_;  // aggregates of other ranks in the halo, with their parents
   HaloExchange exchange_;
   std::vector<std::byte> gathered_;       // message of gather_residual()
-  std::vector<std::size_t> part_starts_;  // (ranks + 1) first byte of each rank in this message
+  std::vector<std::size_t> part_starts_;  // (ranks + 1) first byte of each rank in gathered_
   SlotVectors<float> single_;
   SlotVectors<double> wide_;  // allocated only if single precision does not suffice
   Eigen::LLT<Eigen::MatrixXd> coarsest_;

@@ -252,8 +252,8 @@ class DirectSolver final : public LinearSolver {
 
   bool supernodal_;
   cholmod_common common_;
-  // These members are reused while the joint pattern is unchanged. Only factor_ and whole_ also
-  // contain matrix entries, which each solve replaces.
+  // These members are reused while the joint pattern is unchanged. Each solve replaces the matrix
+  // entries in factor_ and whole_.
   cholmod_factor* factor_ = nullptr;
   Index n_cloth_ = 0;
   std::vector<Index> matrix_columns_, matrix_start_;

@@ -22,8 +22,8 @@ constexpr double damping = 0.5;
 
 std::size_t node_at(Index node) { return 4 * static_cast<std::size_t>(node); }
 
-// Damped Jacobi sweep with the damped inverse diagonal blocks B: z = B r, or z += B (r - t), with
-// t = A z, if t is not null.
+// Damped Jacobi sweep with the damped inverse diagonal blocks B. If t is null, z = B r. Otherwise t
+// is A z, and z += B (r - t).
 template <class>
 LOOMSTONE_INLINE void sweep(Index first, Index last, const float* inverse, const float* r,
                             const float* t, float* z) {

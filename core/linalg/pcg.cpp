@@ -148,8 +148,8 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
 }
 
 // Sets x, residual and b_norm in solve.memory. The argument `x` is a guess. Its free rows are used
-// if they give a residual of smaller norm than zeros in all free rows. Residuals are reported
-// relative to b_norm. Returns the norm of the residual of solve.memory.x.
+// if the norm of the residual is smaller with them than with zeros in all free rows. Residuals are
+// reported relative to b_norm. Returns the norm of the residual of solve.memory.x.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);

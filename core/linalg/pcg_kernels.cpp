@@ -117,7 +117,7 @@ LOOMSTONE_INLINE void moved(Index begin, Index end, double length, const Scalar*
 }
 
 // Inverts eight blocks by the same closed form as invert_positive_definite(). Returns a bit mask of
-// the blocks that are not positive definite, which follows from the signs of their leading minors.
+// the blocks that are not positive definite. It is found from the signs of their leading minors.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned inverted(double* blocks) {
   const Inverse<Lanes> a = load_inverse<Lanes>(blocks);

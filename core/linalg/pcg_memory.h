@@ -19,8 +19,8 @@ inline std::size_t row_at(Index row) { return 4 * static_cast<std::size_t>(row);
 inline std::size_t slice_at(Index slice) { return 24 * static_cast<std::size_t>(slice); }
 
 // Matrix and vectors of the iteration in one precision. The scaled residual r, the preconditioned
-// residual z (without the multigrid correction) and the product q = A p are stored by slices, the
-// direction p by rows. The last row of p belongs to empty lanes and stays zero. P is the
+// residual z (without the multigrid correction) and the product q = A p are stored by slices. The
+// direction p is stored by rows. Its last row belongs to empty lanes and stays zero. P is the
 // preconditioner (preconditioner.h).
 template <class Scalar>
 struct Krylov {

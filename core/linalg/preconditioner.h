@@ -1,7 +1,7 @@
 // Preconditioners P for conjugate gradients, built from a system and its terms. There are three
 // kinds of P^-1: inverse diagonal blocks (block Jacobi), inverse diagonal blocks plus a correction
-// by aggregation multigrid, and symmetric Gauss-Seidel. The residual r and z, which is P^-1 r
-// without the multigrid correction, are stored by slices, as in pcg_kernels.h.
+// by aggregation multigrid, and symmetric Gauss-Seidel. The residual r is stored by slices, as in
+// pcg_kernels.h, and so is z, which is P^-1 r without the multigrid correction.
 #pragma once
 
 #include <vector>

@@ -1,10 +1,10 @@
 // Sliced-ELLPACK layout of a block matrix (Monakov, Lokhmotov and Avetisyan, HiPEAC 2010). Rows are
 // grouped in slices of eight, which kernels process at once. Slot s of a slice contains the s-th
-// off-diagonal block of each row of the slice (AggregationMultigrid has other slots). Within each
-// row block (a range of rows_per_block rows), rows are sorted by their number of off-diagonal
-// blocks, so that slices need little padding. Each slice lies within one row block. Rows that
-// follow the matrix (bodies) have only a diagonal block. The layout contains a range of the rows,
-// such as those that a rank owns.
+// off-diagonal block of each row of the slice (AggregationMultigrid uses the word "slot" for
+// something else). Within each row block (a range of rows_per_block rows), rows are sorted by their
+// number of off-diagonal blocks, so that slices need little padding. Each slice lies within one row
+// block. Rows that follow the matrix (bodies) have only a diagonal block. The layout contains a
+// range of the rows, such as those that a rank owns.
 #pragma once
 
 #include <vector>

@@ -39,7 +39,7 @@ class SymmetricGaussSeidel {
   std::vector<Index> start_, column_;
   std::vector<Index> source_;  // (blocks of L) index of each block among those of the matrix
   // Each call of prepare() sets lower_ and inverse_.
-  std::vector<float> lower_;    // (9 x blocks of L + 3) entries 00 11 22 01 12 20 02 10 21
+  std::vector<float> lower_;    // (9 x blocks of L, padded by 3) entries 00 11 22 01 12 20 02 10 21
   std::vector<float> inverse_;  // (rows x 12) S^-1 in the order of order_
   std::vector<float> t_, u_;    // (rows x 4) scratch memory of apply()
   std::vector<double> wide_t_, wide_u_;

@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// Range [first, last) of the blocks of rows_per_block rows that this rank owns.
+// Range [first, last) of this rank's blocks of rows_per_block rows.
 struct OwnedBlocks {
   Index first = 0, last = 0;
 };

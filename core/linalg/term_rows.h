@@ -1,6 +1,6 @@
 // Extra terms of one solve, applied without an assembled matrix. In a product, the force of each
-// term is computed once. Each row then adds the forces of its terms in the order of the terms, so
-// that no two threads write to the same location. Terms are copied to compact arrays.
+// term is computed once. Each row then adds up the forces of its own terms, so no two threads write
+// to the same location. The order is that of the terms. Terms are copied to compact arrays.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace loomstone {
 
 class TermRows {
  public:
-  // Copies the terms (may be null) that act on owned rows. Here and below, J and H are those of
-  // core/linalg/extra_terms.h. `scale` multiplies the matrix H of every term.
+  // Copies those of `terms` (may be null) that act on owned rows. In this class, J and H are those
+  // of core/linalg/extra_terms.h. `scale` multiplies the matrix H of every term.
   void build(const ExtraTerms* terms, double scale, const RowLayout& layout);
   bool empty() const { return hessians_.empty(); }
   bool touches(Index row) const { return !empty() && row_start_[row + 1] > row_start_[row]; }
@@ -29,11 +29,10 @@ class TermRows {
       body(*row);
   }
 
-  // Computes the force scale H sum J x of every copied term. x has 4 numbers per row.
+  // Computes the force f = scale H sum J x of every copied term. x has 4 numbers per row.
   template <class Scalar>
   void evaluate(const Team& team, const Scalar* x);
-  // Returns the sum of J^T force over the terms of an owned row, with the forces of the last
-  // evaluate().
+  // Returns the sum of J^T f over the terms of an owned row, with f from the last evaluate().
   Vec3 force(Index row) const;
   // Returns the sum of scale J^T H J over the terms of an owned row.
   Mat3 diagonal(Index row) const;
@@ -49,8 +48,7 @@ class TermRows {
     Index row, arm;  // arm: index in arms_, or -1
     double weight;
   };
-  // A slot of this class: a term's entry in a given row. Each row reads its slots in the order of
-  // the terms.
+  // A term's entry in a given row. Each row reads its slots in the order of the terms.
   struct Slot {
     Index term, arm;
     double weight;

@@ -15,7 +15,7 @@
 namespace loomstone {
 namespace {
 
-constexpr Index most_cells = 20000;  // limit along one side; the number of vertices must fit Index
+constexpr Index most_cells = 20000;  // limit per side, so that the number of vertices fits in Index
 
 void require_count(Index count, const char* name) { require_between(count, 1, most_cells, name); }
 

@@ -47,8 +47,9 @@ class TriangleMesh {
   Triangles uv_triangles_;
 };
 
-// Merges vertices with exactly equal positions. Each triangle keeps its uv. Use it for files that
-// repeat vertices along texture seams, because repeated vertices would cut the surface into pieces.
+// Merges vertices with exactly equal positions. Each triangle keeps its uv. The function is meant
+// for files that repeat vertices along texture seams, because repeated vertices would cut the
+// surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 // Rest coordinates of the corners of each triangle of a mesh. In a triangle that is mirrored in uv,

@@ -53,7 +53,7 @@ inline void BinnedSum::add(double number) {
   }
   if (exponent > 0) mantissa |= std::uint64_t{1} << 52;
   if (mantissa == 0) return;
-  // The number is mantissa 2^(place - 1074). Its parts belong to bin positions low to low + 2.
+  // The number is mantissa 2^(place - 1074). Its parts belong to positions `low` to `low` + 2.
   const int place = exponent > 0 ? exponent - 1 : 0;
   const int low = place / bits_per_bin, shift = place % bits_per_bin;
   const std::uint64_t first = (mantissa & 0xffffffffu) << shift,

@@ -75,19 +75,19 @@ class Communicator {
     throw Unsupported("this communicator has no mailboxes; use that of MPI or of a single rank");
   }
   // Lets all ranks agree on a failure. The agreement uses a separate channel, because other ranks
-  // may be waiting in another call. All ranks receive the kind (0: no failure) and text of the
-  // lowest rank that failed. If the other ranks do not call agree() within ten seconds, a failed
-  // rank aborts all ranks. On a single rank, both arguments are left unchanged.
+  // may be waiting in another call. All ranks receive the kind (0: no failure) and the text of the
+  // failure on the lowest rank that failed. If the other ranks do not call agree() within ten
+  // seconds, a failed rank aborts all ranks. On a single rank, both arguments are left unchanged.
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
-  // Text of the last failure that the ranks agreed on; empty if there was none or without MPI.
+  // Text of the last failure that the ranks agreed on; empty if there was none, and without MPI.
   virtual std::string agreed() const { return {}; }
   // Traffic of this rank; zero without MPI.
   virtual Traffic traffic() const { return {}; }
   // Returns whether some host has more ranks than processors on which they may run.
   virtual bool shares_processors() const { return false; }
-  // Ends all ranks at once after an error on only one of them. Otherwise the other ranks could wait
+  // Ends all ranks at once after an error on only one of them, because the other ranks could wait
   // forever.
   [[noreturn]] virtual void abort(int code) const = 0;
 };
@@ -95,12 +95,12 @@ class Communicator {
 // Communicator of a single rank, without MPI.
 std::shared_ptr<const Communicator> single_communicator();
 
-// Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
-// comm.py2f(). -1 denotes MPI_COMM_WORLD; MPI is then initialised if necessary. Throws Unsupported
-// with advice if the plug-in cannot be loaded, and InvalidInput if the plug-in cannot make a
-// communicator or if the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is
-// set and not 0, a rank that waits for the other ranks longer than this time ends all ranks
-// (mpi_watch.h).
+// Loads the MPI plug-in and duplicates a communicator. The communicator is given by its Fortran
+// handle, such as mpi4py's comm.py2f(). -1 denotes MPI_COMM_WORLD; MPI is then initialised if
+// necessary. Throws Unsupported with advice if the plug-in cannot be loaded, and InvalidInput if
+// the plug-in cannot make a communicator or if the launcher belongs to another MPI library. If
+// LOOMSTONE_MPI_TIMEOUT [s] is set and not 0, a rank that waits for the other ranks longer than
+// this time ends all ranks (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // Returns true if an MPI launcher started this process with more than one rank, according to the

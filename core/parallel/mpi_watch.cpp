@@ -31,9 +31,9 @@ constexpr int question_tag = 1, answer_tag = 2;
 // the watch waits for shortest_patience before it ends the job. Our choice.
 constexpr Seconds shortest_patience{1.0}, longest_patience{10.0};
 constexpr Seconds longest_tick{0.05};
-// MPI_Abort itself may not return. It may wait for an unreachable host or, in MPICH, for the thread
-// that waits for other ranks. After this time [s] the process exits, and the launcher ends the
-// other processes.
+// MPI_Abort itself can hang: it may wait for an unreachable host or, in MPICH, for the thread that
+// waits for other ranks. After this time [s], the process exits, and the launcher ends the other
+// processes.
 constexpr unsigned abort_seconds = 2;
 constexpr int host_length = 64;
 

@@ -51,14 +51,14 @@ struct ReplayReport {
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]
-  SectionStarts first;           // (sections + 1) first piece of each section, then piece count
+  SectionStarts first;           // (sections + 1) first piece of each section, then the piece count
   double divisible = 0.0;        // cost of further work, divided evenly among ranks [s]
   std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
 
   double work() const;  // sum of all costs [s]
 };
 
-// Returns the shortest measured time of one reading of the clock [s].
+// Returns the shortest measured duration of one reading of the clock [s].
 double clock_seconds();
 
 // Replays a static division: each rank performs its first tests and all that follow from them.

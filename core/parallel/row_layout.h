@@ -50,8 +50,8 @@ class RowLayout {
   // of ranks.
   double sum(const std::vector<double>& block_sums) const;
 
-  // Refreshes halo rows of a row-major array with `stride` numbers per row from the ranks that own
-  // them. These ranks must call exchange() too.
+  // Refreshes halo rows from the ranks that own them. These ranks must call exchange() too. `rows`
+  // is a row-major array with `stride` numbers per row.
   template <class Scalar>
   void exchange(const Halo& halo, Scalar* rows, Index stride) const;
 

@@ -42,7 +42,7 @@ struct PoolReport {
   std::int64_t created = 0;    // tasks created from stacks
   std::int64_t requests = 0;   // requests sent
   std::int64_t transfers = 0;  // tasks sent to other ranks
-  std::int64_t refusals = 0;   // requests of other ranks refused
+  std::int64_t refusals = 0;   // refused requests of other ranks
   std::int64_t received = 0;   // tasks received from other ranks
   std::int64_t waves = 0;      // waves of the termination detection
   double busy = 0.0;           // time spent on tasks, summed over threads [s]

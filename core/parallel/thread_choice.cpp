@@ -7,10 +7,10 @@ namespace loomstone {
 
 namespace {
 
-// Thresholds for the fraction of time during which the calling thread runs, which is close to 1 on
-// otherwise idle processors. Below `disturbed`, other programs probably interfere, and one thread
-// is used. If the fraction then reaches `undisturbed`, all threads are tried again, but not before
-// a minimum time.
+// Thresholds for the fraction of time during which the calling thread runs. On otherwise idle
+// processors, this fraction is close to 1. Below `disturbed`, other programs probably interfere,
+// and one thread is used. If the fraction then reaches `undisturbed`, all threads are tried again,
+// but not before a minimum time.
 constexpr double disturbed = 0.8, undisturbed = 0.95;
 constexpr double least_window = 10e-3;  // length of the shortest reliable measurement [s]
 // Limits of the minimum time on one thread before all threads are tried again [s]. This time

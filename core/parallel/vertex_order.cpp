@@ -60,7 +60,7 @@ class Bisection {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = -1;
   }
 
-  // Bisects the extracted subgraph, such that the first part has about `target` vertices. Moves
+  // Bisects the extracted subgraph so that the first part has about `target` vertices. Moves
   // these vertices to the front and keeps the order within each part. Returns the size of the first
   // part.
   Index bisect(Index begin, Index n, Index target) {
@@ -112,7 +112,7 @@ class Bisection {
 
   const Graph& graph_;
   // (vertices) In extract(), the local index of each vertex of the subgraph. In breadth_first(), 0
-  // for each vertex of the range that is not yet visited. Otherwise -1.
+  // for each vertex of the range that is not yet visited. In all other cases, -1.
   std::vector<Index> local_;
   std::vector<Index> order_, moved_;
   std::vector<idx_t> sub_start_, sub_adjacent_, part_;

@@ -32,8 +32,8 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  // Hulls with more vertices than this count as round without a search for their true corners. The
-  // search would take time proportional to the square of the number of faces.
+  // Largest number of vertices of a hull whose true corners are searched for. The search takes time
+  // proportional to the square of the number of faces. Larger hulls count as round at once.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();

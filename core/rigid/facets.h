@@ -32,8 +32,8 @@ struct Facet {
   void put(btRigidBody& body, const Points& x) const;
 };
 
-// Appends the facets of an obstacle, which keep a pointer to `vertices`. The vertices of the
-// obstacle begin at row `first` of `vertices`.
+// Appends the facets of an obstacle. The facets keep a pointer to `vertices`, where the vertices of
+// the obstacle begin at row `first`.
 void add_facets(const RigidObstacle& obstacle, Index first, const Points& vertices,
                 std::vector<Facet>& facets);
 

@@ -9,7 +9,7 @@ namespace loomstone {
 
 struct Rotor {
   Mat3 axes = Mat3::Identity();  // columns: principal axes of inertia in the body's axes
-  Vec3 moments = Vec3::Ones();   // moments of inertia about these axes [kg m^2]
+  Vec3 moments = Vec3::Ones();   // moments of inertia about the principal axes [kg m^2]
 };
 
 // Computes principal axes and moments. The inertia is about the centre of mass, in body axes

@@ -48,7 +48,7 @@ class Collect : public btTriangleCallback {
   std::vector<Corners>& triangles_;
 };
 
-// Collision algorithm for one pair: a hull, which may be part of a body, and a mesh or a triangle.
+// Collision algorithm for a hull against a mesh or a triangle. The hull may be part of a body.
 class HullAlgorithm : public btCollisionAlgorithm {
  public:
   HullAlgorithm(const btCollisionAlgorithmConstructionInfo& info,

@@ -181,8 +181,9 @@ bool HullOnTriangles::least_overlap(std::size_t t, const Vec3& normal, double ne
   return best.gap > 0.0 || apart < 0.01 * near;
 }
 
-// Clips the edges of the hull with the prism over the triangle, which ends at the height `near` but
-// has no lower end. Adds contacts at the ends of the remaining parts, except ends at this height.
+// Clips the edges of the hull to the prism over the triangle. The prism ends at the height `near`
+// and has no lower end. Adds contacts at those ends of the remaining parts that are not at this
+// height.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
@@ -212,7 +213,7 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// Clips the triangle with the planes of the hull faces that point in other directions than `face`.
+// Clips the triangle with the planes of the hull faces whose directions differ from that of `face`.
 // Adds contacts at those corners of the result whose gap is at most `near`.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near) {
@@ -274,15 +275,16 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// The axis of least overlap of a triangle is not admissible if neighbouring triangles extend
-// farther along this axis, unless it is nearly parallel to the triangle's normal. If it is not
-// admissible, there is no contact if hull and triangle are apart along this axis. Otherwise, let o
-// be the overlap of the hull with all triangles along this axis, and m the overlap of hull and
-// triangle along the best admissible axis. If o <= m, the axis of least overlap gives one candidate
-// for a contact, with the overlap o. If o > m, contacts have the direction of the best admissible
-// axis; they are deferred if m is far larger than the least overlap. If no other contact overlaps,
-// the candidate with the smallest o is added, together with the deferred contacts whose m is less
-// than this o; if there is no candidate, all deferred contacts are added instead.
+// Treats the triangles one by one. The axis of least overlap of hull and triangle is admissible if
+// it is nearly parallel to the triangle's normal or if no neighbouring triangle extends farther
+// along it. An admissible axis gives contacts at once. An axis that is not admissible gives none if
+// hull and triangle are apart along it. If they overlap along it, let o be the overlap of the hull
+// with all triangles along this axis, and m the overlap of hull and triangle along the best
+// admissible axis. If o <= m, the axis of least overlap gives one candidate for a contact, with the
+// overlap o. If o > m, contacts have the direction of the best admissible axis; they are deferred
+// if m is far larger than the least overlap. If no other contact overlaps, the candidate with the
+// smallest o is added, together with the deferred contacts whose m is less than this o; if there is
+// no candidate, all deferred contacts are added instead.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

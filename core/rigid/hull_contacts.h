@@ -17,12 +17,12 @@ struct HullContact {
 };
 
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
-// clipping. The triangles are given in the axes of the hull. A triangle faces the side to which the
-// normal of the nearest contact in its plane pointed in the last step or, if there was none, the
-// side of the hull's centre. An edge or corner of a triangle has contacts only in directions in
-// which no other triangle at this edge or corner extends farther. Triangles count as neighbours if
-// they have corners with bitwise equal coordinates. Internal edges of a flat surface therefore do
-// not block a hull that slides over it.
+// clipping. The triangles are given in the axes of the hull. If the last step had a contact in the
+// plane of a triangle, the triangle faces the side to which this contact's normal pointed.
+// Otherwise, it faces the hull's centre. An edge or corner of a triangle has contacts only in
+// directions in which no other triangle at this edge or corner extends farther. Triangles count as
+// neighbours if they have corners with bitwise equal coordinates. Internal edges of a flat surface
+// therefore do not block a hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -60,16 +60,17 @@ class HullOnTriangles {
   // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
   // `from` if no corner is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines two axes of least overlap of triangle t: `best` among all axes, and `met` among the
-  // axes along which contacts are admissible. The normal of the triangle is always admissible.
-  // Returns false if there is no contact. This is the case if the gap along some axis exceeds
-  // `near`, or if hull and triangle overlap along `best` but are clearly apart along an axis that
-  // was not considered for `best`.
+  // Determines two axes of least overlap of triangle t: `best` among all candidates, and `met` among
+  // the axes along which contacts are admissible. The normal of the triangle is always admissible.
+  // The normal of two edges is a candidate only if the nearest points of their lines lie on the
+  // edges. Returns false if there is no contact. This is the case if the gap along some axis exceeds
+  // `near`, or if hull and triangle overlap along `best` but are clearly apart along an axis that is
+  // not a candidate.
   bool least_overlap(std::size_t t, const Vec3& normal, double near, Axis& best, Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
-  // Adds the contacts between the hull and a triangle. Each has the direction of `axis` or that
-  // of the triangle's `normal`. Unless the two are nearly parallel, all have that of `axis`.
+  // Adds the contacts between the hull and a triangle. They have the direction of `axis`. If `axis`
+  // is nearly parallel to the triangle's `normal`, some have the direction of `normal` instead.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
   void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near);

@@ -33,12 +33,13 @@ struct RigidBody {
   double density = 1000.0;
   double mass = 0.0;                     // [kg]; 0: density times volume
   Vec3 position = Vec3::Zero();          // world position of the origin of the mesh [m]
-  Vec4 orientation = Vec4(1, 0, 0, 0);   // unit quaternion w, x, y, z, body to world
+  Vec4 orientation = Vec4(1, 0, 0, 0);   // unit quaternion (w, x, y, z), body to world
   Vec3 velocity = Vec3::Zero();          // velocity of the centre of mass [m/s]
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  double thickness = 0.0;  // contact distance to cloth [m]; 0: the largest of all cloths
+  // Contact distance to cloth [m]; 0: the largest of the cloths, or 1 mm without cloth.
+  double thickness = 0.0;
   std::optional<Look> look;
 
   static auto fields() {
@@ -78,7 +79,7 @@ struct MassProperties {
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
 MassProperties mass_properties(const RigidBody& body);
 
-// State of all bodies. Positions and velocities are those of the centres of mass. Angular
+// State of all b bodies. Positions and velocities are those of the centres of mass. Angular
 // velocities are in world axes. Quaternions are (w, x, y, z), body to world.
 struct RigidState {
   Points positions;                                                        // (b x 3) [m]
@@ -130,12 +131,12 @@ struct RigidObstacle {
   double friction = 0.3;
   Vec3 position = Vec3::Zero();         // position of the mesh's origin at the start [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);  // orientation at the start
-  // (n x 3) World positions of the vertices at the start if the obstacle deforms [m]; else empty.
+  // (n x 3) World positions [m] of the vertices at the start if the obstacle deforms; else empty.
   Points vertices = Points(0, 3);
 };
 
-// Positions of obstacles [m]: the pose of each obstacle, whose position is that of its mesh's
-// origin, and the vertices of all deforming obstacles, concatenated.
+// Poses of all obstacles, and the vertices of all deforming obstacles, concatenated [m]. The
+// position of a pose is that of the mesh's origin.
 struct ObstaclePlaces {
   ObstaclePlaces(std::vector<RigidPose> p = {}, Points d = Points(0, 3))
       : poses(std::move(p)), deformed(std::move(d)) {}
@@ -179,13 +180,13 @@ class RigidWorld {
   const std::vector<MassProperties>& mass_properties() const;
 
   // Builds a new world from `state`, including its manifolds. If these are empty, there are no
-  // contact points, and obstacles are at their start. Later results do not depend on any step
+  // contact points, and obstacles are at their start poses. Later results do not depend on any step
   // before this call, except through `state`.
   void restore(const RigidState& state);
-  // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
-  // advances by `step` [s]. Restitution excludes these impulses, as it excludes gravity.
-  // `obstacles` are the positions at the end of the step, which determine the velocities of the
-  // obstacles. If `touched` (b) is given, it is set to 1 for bodies whose motion was changed by
+  // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3 each),
+  // then advances by `step` [s]. Restitution excludes these impulses, as it excludes gravity.
+  // `obstacles` gives the obstacles' positions at the end of the step; their velocities are constant
+  // over the step. If `touched` (b) is given, it is set to 1 for bodies whose motion was changed by
   // contacts or gyroscopic torques (or, with gravity, by rounding), and to 0 for the others.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
@@ -193,8 +194,8 @@ class RigidWorld {
   // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point whose gap is at most Bullet's
-  // contact breaking threshold. This threshold is about 2 % of half the diagonal of the smaller
-  // bounding box of the two objects in contact.
+  // contact breaking threshold. This threshold is about 1 % of the diagonal of the bounding box of
+  // the smaller of the two objects in contact.
   std::vector<std::uint8_t> touching() const;
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.

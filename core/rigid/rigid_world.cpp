@@ -5,7 +5,7 @@
 // first axis of Bullet's body frame. The inverse mass of such a body is nearly zero.
 //
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
-// new world in the same order and restores the saved contact points. A run that saves its state and
+// new world in a fixed order and restores the saved contact points. A run that saves its state and
 // then calls restore() continues bitwise identically to a run that loads this state from a file.
 #include <array>
 #include <string>
@@ -38,7 +38,7 @@ struct RigidWorld::Data {
   BearingAxes axes;
   std::vector<MassProperties> masses;
   std::vector<Mat3> principal;  // columns: Bullet's body axes in mesh axes
-  // Moments of inertia about these axes [kg m^2]. Zero: the body cannot turn about this axis.
+  // Moments of inertia about Bullet's body axes [kg m^2]. Zero: no rotation about this axis.
   std::vector<Vec3> moments;
   std::vector<Shapes> shapes;       // shapes of each body
   std::vector<double> inner_radii;  // half the smallest side of each body's bounding box [m]
@@ -136,7 +136,8 @@ void RigidWorld::Data::follow(const RigidState& state) {
   }
 }
 
-// Puts the centres of mass of bodies in bearings back to their place at the start of a step.
+// Puts the centres of mass of bodies in bearings back to their place at the start of a step and
+// sets their velocities to zero.
 void RigidWorld::Data::hold_centres(const RigidState& start) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!turns_in_bearing(i)) continue;

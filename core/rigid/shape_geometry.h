@@ -45,21 +45,21 @@ struct FacetFrame {
 };
 FacetFrame facet_frame(const Mat3& corners);
 
-// A convex polyhedron that is shrunk by about `margin`. The points within this distance of it
-// nearly form the original polyhedron, with rounded edges.
+// A convex polyhedron that is shrunk by about `margin`. The points within `margin` of the shrunken
+// polyhedron nearly form the original one, with rounded edges.
 struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
 };
 // `faces` lists the corners of each face of the hull in cyclic order. `margin_share` is the ratio
-// of the margin to the inner radius, the smallest distance from the mean of the vertices to a face.
-// Throws InvalidInput for flat hulls.
+// of the margin to the inner radius. The inner radius is the smallest distance from the mean of the
+// vertices to a face. Throws InvalidInput for flat hulls.
 ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
 
-// Contacts of hulls with at most this number of vertices, with each other and with triangles of
-// obstacles, are found by the separating-axis test and face clipping. The cost of this test grows
+// The separating-axis test and face clipping find the contacts of hulls with at most this number of
+// vertices, both between two such hulls and with triangles of obstacles. The cost of the test grows
 // with the product of the face counts. Other hulls count as round and use Bullet's method, which
 // accumulates contact points over several steps.
 constexpr int most_polyhedron_vertices = 32;

@@ -1,6 +1,6 @@
 // Simulation of one scene. Contains the Model, the State and the Stepper, and provides the
-// functions that Python and the tests call. Arrays of cloth are in the user's vertex order, except
-// in state(), checkpoint() and collision_motion(), and concatenate all cloths.
+// functions that Python and the tests call. Arrays of cloth concatenate all cloths. They are in the
+// user's vertex order, except in state(), checkpoint() and collision_motion().
 #pragma once
 
 #include <array>
@@ -74,10 +74,10 @@ class Simulation {
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
   // positions or velocities restarts multistep schemes. Every step first checks the tables that
-  // users may write. Every rank has all rows. A step updates all of them, but those of
-  // cloth.previous_bending only if the rank owns them. A rank should write only the rows that it
-  // owns. `pin_override`, poses of obstacles, and forces and torques on bodies are taken from rank
-  // 0.
+  // users may write. Every rank has all rows of each table. A step updates all rows on every rank,
+  // except in cloth.previous_bending, where it updates only the rows that the rank owns. A rank
+  // should write only the rows that it owns. `pin_override`, poses of obstacles, and forces and
+  // torques on bodies are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank owns to all other ranks.

@@ -9,7 +9,7 @@ and the fraction of the overlapping pairs that are not registered (culled). The 
 motion that the search assumes: 1.5 times the velocity, with an allowance for velocities that
 change. "constant" counts the pairs whose 18-DOPs overlap at constant velocity, without the
 allowance. The last row of an interval has the sums. The exit status is 1, except with --smoke, if
-the sums of any interval show that less than half of the overlapping pairs are culled.
+the sums of any interval show that fewer than half of the overlapping pairs are culled.
 [Thomaszewski2010], figure 4.5, reports more than half for its ribbon.
 """
 

@@ -35,9 +35,9 @@ def top(mesh: ls.TriangleMesh) -> np.ndarray:
 
 
 def curtains(cells: int, hung: bool) -> ls.Scene:
-    """Two curtains. At 0.1 s, the pins of the first jump by 0.3 m, past the plane of the second.
+    """Two curtains. At 0.1 s, the pins of curtain 1 jump by 0.3 m, past the plane of curtain 2.
 
-    If `hung` is true, the second is pinned along its upper edge. Otherwise it is free, and gravity
+    If `hung` is true, curtain 2 is pinned along its upper edge. Otherwise it is free, and gravity
     is zero.
     """
     flat = ls.grid(size=(0.4, 0.4), cells=(cells, cells))

@@ -181,8 +181,8 @@ def originals(whole: Whole) -> dict[str, bytes]:
 
 
 def damaged(content: bytes, seed: int) -> bytes:
-    """Returns the content truncated, or with some bits flipped and perhaps a part overwritten, or
-    else noise, perhaps after a header.
+    """Returns the truncated content, random bytes after a header that may be empty, or the content
+    with some bits flipped and perhaps a part overwritten.
     """
     chance = random.Random(seed)
     if seed % 10 == 0:

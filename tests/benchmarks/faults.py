@@ -126,7 +126,7 @@ def file_systems(place: Path, scale: float) -> Trials:
 
 
 def files(place: Path, scale: float) -> Trials:
-    """At full scale, 2,000 damaged files for each reader; a batch of 100 counts as one trial."""
+    """At full scale, yields 20 trials of 100 damaged files for each reader."""
     kept = place / "originals"
     kept.mkdir(exist_ok=True)
     for name, content in fault_trials.originals(reference_run(place)).items():

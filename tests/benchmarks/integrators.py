@@ -83,7 +83,7 @@ def drawn(sim: ls.Simulation, file: SceneFile) -> NDArray[np.uint8]:
 
 
 def cases() -> dict[str, tuple[ls.Integrator, float]]:
-    """Returns integrator and viscosity [N s/m] by name."""
+    """Returns the integrator and the viscosity [N s/m] of each case by its name."""
     fixed = {"accuracy": None}
     return {
         "semi-implicit Euler, 33 ms": (ls.SemiImplicitEuler(step=1 / 30, **fixed), 0.0),

@@ -3,8 +3,8 @@ and shear are all limited to 1 %.
 
     python tests/benchmarks/locking.py --triangles 900 1800 3600 7200 --seeds 1 2 3
 
-A limp knit hangs over the pedestal of the drape test. The table lists drape coefficient and number
-of folds as means over specimens (one for each seed), and the largest strains. Limits:
+A limp knit hangs over the pedestal of the drape test. The table lists the drape coefficient and the
+number of folds as means over specimens (one for each seed), and the largest strains. Limits:
 - none: strain is not limited
 - tight: 1 % of stretch and shear; compression is free, as by default
 - both ways: also 1 % of compression

@@ -4,9 +4,9 @@ same pairs of rotated cuboids.
     python -m pip install magpylib    # in a separate environment with this package on its path
     python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
 
-Prints processor time per point [ns] (the minimum of the repeats), the ratio of the times, and the
-median relative difference of the two fields. Then prints time [ms] and error of forces; magpylib
-uses 1,000 and 10,000 cells per target.
+Prints the processor time per point [ns] (the minimum of the repeats), the ratio of the times, and
+the median relative difference of the two fields. Then prints the time [ms] and the error of forces;
+magpylib uses 1,000 and 10,000 cells per target.
 """
 
 import argparse

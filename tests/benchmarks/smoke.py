@@ -57,7 +57,7 @@ def present(path: Path) -> Path:
 
 
 def mpirun(ranks: int) -> list[str]:
-    """Returns the words of a command that come before a program to start it on `ranks` ranks.
+    """Returns the words that start a program on `ranks` ranks if they precede its command.
 
     Ranks may share processors. If the user is root, the command needs AS_ROOT in its environment.
     Exits with status 77 if mpirun is not installed.

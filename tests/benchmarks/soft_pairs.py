@@ -59,7 +59,7 @@ def print_costs(cells: int) -> None:
 
 
 def wrench(soft: M.SoftBody, kind: str, gap: float, field: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns force and torque / RADIUS on the first cuboid [N], and the estimated error [N]."""
+    """Returns the force and torque / RADIUS on the first cuboid and the estimated error, in [N]."""
     induced = M.induce([soft, placed(soft, kind, gap)], field=field)
     found = M.force(on=induced.bodies[0], by=induced.bodies[1])
     return np.array([found.force, found.torque / RADIUS]), found.error

@@ -57,7 +57,7 @@ class Cost(NamedTuple):
 
 
 def cost(scene: ls.Scene, integrator: ls.Integrator, duration: float) -> Cost:
-    """Runs the scene and returns its cost. If a step fails, the cost is that of the motion before.
+    """Runs the scene and returns its cost; if a step fails, that of the motion before the step.
 
     Processor time is divided among the stages in proportion to their wall times.
     """

@@ -48,7 +48,7 @@ TEST_CASE("the rate of drag is the drag divided by mass and relative velocity") 
   const Points v = Points::Zero(mesh.n_vertices(), 3);
   const DraggedSurface surface{0.0, mesh.triangles(), list, mesh.vertices(), v};
   const Index n = mesh.n_vertices();
-  // One vertex is lighter than the others by far, so its rate is the largest.
+  // One vertex is far lighter than the others, so its rate is the largest.
   Vector mass = Vector::Constant(n, 1e-3);
   mass[7] = 1e-6;
   // All triangles of the grid have the same area.
@@ -74,7 +74,7 @@ TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
     v.col(2).setConstant(-speed);
     speed += h * (g - drag(air, mesh, v).col(2).sum() / mass);
   }
-  // The tolerance covers the first-order error of the step h.
+  // The tolerance covers the error of the scheme, which is of first order in the step h.
   CHECK(speed == Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));
 }
 

@@ -152,7 +152,7 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
       nothing_listed(scene.model, pairs, other, alone, 0);
   lists.widen(1e-5);
   // In the first 30 steps, one sheet moves to and fro, so that lists between the two sheets last
-  // for at most two steps. Lists within one sheet last.
+  // for at most two steps. Lists within one sheet stay valid.
   const auto place = [&](int step) {
     Points x = scene.x;
     if (step < 30 && step % 2 == 1)

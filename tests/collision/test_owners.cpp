@@ -31,7 +31,7 @@ TestScene sheets_on_table(Index cells) {
 }
 
 // The contacts of all steps, and the numbers of contacts and impacts. results() also adds the end
-// positions and the results of approach().
+// positions and the results of approach() to `numbers`.
 struct Results {
   std::vector<double> numbers;
   std::int64_t contacts = 0, impacts = 0;

@@ -17,7 +17,7 @@ LIBRARIES = re.compile(r"lib(Bullet|LinearMath|embree|openblas|cholmod|metis|gom
 
 
 def compiler() -> str:
-    """Returns name and version of the compiler of the module `_core`, or "unknown"."""
+    """Returns the name and version of the compiler of the module `_core`, or "unknown"."""
     found = re.search(
         rb"(GCC: \([^)]*\) [\d.]+|clang version [\d.]+)", Path(_core.__file__).read_bytes()
     )

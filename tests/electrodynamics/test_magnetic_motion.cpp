@@ -116,8 +116,8 @@ Experiment two_magnets() {
   return made;
 }
 
-// A magnet above a coil at rest, on the axis of the coil. The magnet does not rotate, so the drifts
-// between kicks conserve its kinetic energy to rounding.
+// A magnet above a stationary coil, on the axis of the coil. The magnet does not rotate, so the
+// drifts between kicks conserve its kinetic energy to rounding.
 Experiment magnet_over_coil(const Coil& coil) {
   Experiment made;
   made.add("magnet", Vec3(0, 0, 0.03));

@@ -1,5 +1,5 @@
 // A symmetric positive definite system, generated from a fixed seed, that resembles the system of a
-// time step. It has a grid of cloth rows, bodies, contact terms between random cloth rows and
+// time step. It has bodies, a grid of cloth rows, contact terms between random cloth rows and
 // between cloth rows and bodies, and fixed rows with prescribed values.
 #pragma once
 

@@ -30,8 +30,8 @@ BlockMatrix chain() {
   return matrix;
 }
 
-// Returns the product of the matrix with the vector (sin 1, sin 2, sin 3, ...), in order of rows
-// and with four numbers per row, of which the fourth is 0.
+// Returns the product of the matrix with the vector (sin 1, sin 2, sin 3, ...). The product is in
+// order of rows, with four numbers per row, of which the fourth is 0.
 std::vector<float> product(const BlockMatrix& matrix) {
   SlicedEllpack slices;
   slices.set_pattern(&matrix, {n, 0, n});

@@ -215,7 +215,7 @@ TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
 
 namespace {
 
-// A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, similar to the
+// A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, like the
 // vertices of a cloth model. Coarse levels are effective here, because all springs have the same
 // stiffness, all masses are 1, and the load varies slowly.
 RandomSystem smooth_system(Index tiles, double stiffness) {

@@ -129,7 +129,7 @@ TEST_CASE(
 
 TEST_CASE("concave faces of OBJ and PLY files are covered once, and keep their uv") {
   const Folder folder;
-  // An L, whose first corner sees only a part of it.
+  // A face in the shape of an L. Its first corner sees only a part of it.
   const std::string corners = "2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 0\n";
   std::string obj = "f 1/1 2/2 3/3 4/4 5/5 6/6\n", line;
   std::istringstream lines(corners);
@@ -351,7 +351,7 @@ TEST_CASE(
     pattern += area(rest[t]);
     space += area(lengths[t]);
   }
-  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // uv are in metres, with little stretch
+  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // the uv are in metres, with little stretch
   for (const char* name : {"dragon.obj", "bunny.obj", "funnel.obj"}) {
     INFO(name);
     CHECK(welded(read_mesh((meshes / name).string(), false)).closed());

@@ -1,4 +1,4 @@
-"""Prints the hash of the state after 200 steps of the drape, for each given number of threads.
+"""Prints the hash of the state after 200 steps of a scene, for each given number of threads.
 
 All ranks must hold the same state; rank 0 prints. Arguments: scene file, numbers of threads.
 """

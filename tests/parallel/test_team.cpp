@@ -108,7 +108,7 @@ TEST_CASE("a child forked after a parallel loop refuses to run one and still run
   loop();
   CHECK(code_of(loop) == 1);
   CHECK(code_of([] {
-          parallel_for(Team{1}, 1000, [](Index) {}, 10);  // serial loops run in a child process
+          parallel_for(Team{1}, 1000, [](Index) {}, 10);  // a child process can run serial loops
           return 5;
         }) == 5);
 }

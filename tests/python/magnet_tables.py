@@ -20,7 +20,9 @@ def cases(name: str) -> list[dict[str, Any]]:
 
 
 def each_case(name: str) -> pytest.MarkDecorator:
-    """Returns a mark that runs a test for each `case` of a table, or skips it without the table."""
+    """Returns a mark that runs a test for each `case` of a table, or skips the test if the table is
+    missing.
+    """
     if not (TABLES / f"{name}.json").exists():
         return pytest.mark.skip(f"reference values not found: {name}.json beside the project")
     return pytest.mark.parametrize("case", cases(name), ids=lambda case: case["id"])

@@ -55,7 +55,8 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
 TEST_CASE(
     "each wall of a corner is touched, an edge and a tip once, and features out of reach are not") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
-  // Both centres are inside the cube. The first sphere overlaps three faces, the second two.
+  // Both centres are inside the cube. The first sphere overlaps three faces, and the second sphere
+  // overlaps two.
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.0), 0.1, 0.0).size() == 2);
   const auto edge = contacts_on(cube, Vec3(0.53, 0.54, 0.1), 0.06, 0.0);
@@ -88,7 +89,7 @@ TEST_CASE("a feature in the path of a sphere is a contact ahead, in the plane in
   REQUIRE(edge.size() == 1);
   CHECK(edge[0].normal.x() > 0.5);
   CHECK((edge[0].on_other - Vec3(0.5, 0.0, 0.5)).norm() < 1e-4);
-  // The sphere passes the edge at 45 degrees with a gap of 0.04.
+  // The sphere passes the edge at 45 degrees with a gap of 0.04 m.
   CHECK(contacts_on(cube, Vec3(0.4, 0.0, 0.8), 0.1, 1e-3, Vec3(0.4, 0.0, -0.4)).empty());
 }
 

@@ -35,8 +35,9 @@ BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 // sorted and has no duplicates.
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);
 
-// Returns a subset of `whole`, which check_bending_setup() must have accepted. `edges` is the edge
-// table of the whole mesh. `acting` lists the acting triangles of the subset in ascending order.
+// Returns a subset of `whole`, a setup that check_bending_setup() must have accepted. `edges` is
+// the edge table of the whole mesh. `acting` lists the acting triangles of the subset in ascending
+// order.
 BendingSubset bending_subset(const BendingSetup& whole, const EdgeTable& edges,
                              const std::vector<Index>& acting);
 

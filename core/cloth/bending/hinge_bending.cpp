@@ -122,7 +122,7 @@ class HingeBending final : public Bending {
     const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, nullptr, true, values_);
     moment_.resize(values_.difference.size());
-    // Second derivative of the energy, with the stiffness c: V'' = c / 2 cos(theta / 2) >= 0.
+    // Second derivative of the energy, with the stiffness c: V'' = 1/2 c cos(theta / 2) >= 0.
     parallel_for(team, static_cast<Index>(batches.size()), [&](Index b) {
       const Index last = std::min(hinges_.n_hinges(), 8 * batches[b] + 8);
       for (Index e = 8 * batches[b]; e < last; ++e)

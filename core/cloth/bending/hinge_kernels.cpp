@@ -43,9 +43,9 @@ LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
 }
 
 // Computes atan2(s, c), and the sine and cosine of half this angle. The angle is halved three
-// times, and a polynomial is evaluated on [0, tan(pi/8)^2] (interpolated at Chebyshev points,
-// relative error 7e-18). The result is accurate to a few units in the last place. It is bitwise
-// identical on every machine, because no library functions and no fused operations are used.
+// times. Then a polynomial, interpolated at Chebyshev points with a relative error of 7e-18, is
+// evaluated on [0, tan(pi/8)^2]. The result is accurate to a few units in the last place. It is
+// bitwise identical on every machine, because no library functions or fused operations are used.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_sine,
                                    Lanes& half_cosine) {

@@ -65,14 +65,16 @@ struct Tables {
   const double* rigidity;
 };
 
-// Computes the moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle in the n
-// given `batches` [N m]; `out` has room for all batches. C, W and beta are those of Tables.
+// Computes, for each triangle in the n given `batches`, the moments
+//   C^T W C (difference + beta rate) [N m].
+// `out` (batches x 9 x 8) has room for all batches. C, W and beta are those of Tables.
 // `difference` and `rate` are those of hinge::Output; `rate` may be null.
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 
-// Computes the energies (batches x 8) 1/2 difference^T C^T W C difference of each triangle in the n
-// given `batches` [J], with the symbols of moments().
+// Computes, for each triangle in the n given `batches`, the energy
+//   1/2 difference^T C^T W C difference [J]
+// with the symbols of moments(). `out` (batches x 8) has room for all batches.
 void energies(const Tables& tables, const Index* batches, Index n, const double* difference,
               double* out);
 

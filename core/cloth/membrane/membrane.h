@@ -71,7 +71,7 @@ class Membrane {
   bool viscous() const { return viscous_; }
   Index n_triangles() const { return n_triangles_; }  // including those that are not stored
   Index n_batches() const { return static_cast<Index>(stored_.size()); }  // stored batches
-  // Returns the index in the whole mesh of the batch with index `place` among the stored batches.
+  // Returns the index, in the whole mesh, of the batch with index `place` among the stored ones.
   Index batch_at(Index place) const { return stored_[place]; }
 
   membrane::Tables tables() const {

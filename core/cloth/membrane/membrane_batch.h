@@ -121,8 +121,8 @@ LOOMSTONE_INLINE void add_phase_stress(const double* phase, const Tensor<Lanes>&
   s.t12 += phase_stress(phase, 2, e.t12);
 }
 
-// Result of beyond_limits(): strain of a mode beyond the bounds at which its second and third phase
-// begin. It is negative below a lower bound and 0 between the bounds.
+// Result of beyond_limits(): strain of a mode beyond the bounds at which its second and third
+// phases begin. It is negative below a lower bound and 0 between the bounds.
 template <class Lanes>
 struct Beyond {
   Lanes second, third;

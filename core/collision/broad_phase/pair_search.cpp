@@ -18,9 +18,9 @@ struct Lane {
   float high(int k) const { return group->high[k][lane]; }
 };
 
-// Amount by which one of two boxes is widened, so that the boxes overlap if their features are
-// within `distance` [m]. Diagonal slabs are not normalised and need a factor sqrt(2). The outward
-// rounding of slabs and the excess of 1e-6 in both factors cover rounding errors.
+// Amount by which one of two boxes is widened, so that the boxes overlap if their features are at
+// most `distance` [m] apart. Diagonal slabs are not normalised and need a factor sqrt(2). The
+// outward rounding of slabs and the excess of 1e-6 in both factors cover rounding errors.
 struct Reach {
   float axis = 0.0f, diagonal = 0.0f;
 

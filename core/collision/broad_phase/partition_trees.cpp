@@ -164,7 +164,7 @@ std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
       continue;
     }
     // Partition i is compared with partition i + distance, modulo the number of partitions. Each
-    // partition thus appears in equally many tests. each_partner() visits the same tests.
+    // partition thus appears in the same number of tests. each_partner() visits the same tests.
     for (Index distance = 0; distance <= n_a / 2; ++distance)
       deal(2 * distance == n_a && distance > 0 ? distance : n_a, [&](Index i) {
         add_root_test(a.first_part + i, a.first_part + (i + distance) % n_a, tests);

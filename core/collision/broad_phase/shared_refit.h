@@ -19,9 +19,10 @@ class SharedRefit {
   SharedRefit(const CollisionModel& model, BroadPhase& broad_phase, const Communicator& ranks);
 
   // Collective. Recomputes the node boxes of all trees from the vertex boxes that `moving` returns.
-  // Forms clusters at x in trees that are not formed and, if `may_rebuild`, in trees whose boxes at
-  // x have grown too much. Returns for each surface 1 if its clusters have changed since the last
-  // call, and 0 otherwise. `vertices` is scratch for the boxes of all vertices of the model.
+  // Forms clusters at x in trees without clusters and, if `may_rebuild` is set, in trees whose
+  // boxes at x have grown too much. Returns for each surface 1 if its clusters have changed since
+  // the last call, and 0 otherwise. `vertices` is scratch for the boxes of all vertices of the
+  // model.
   std::vector<std::uint8_t> refit(const Team& team, const Points& x, const VertexBox& moving,
                                   bool may_rebuild, std::vector<PackedSlabs>& vertices);
   // Returns whether the clusters of any surface have changed since the last refit().

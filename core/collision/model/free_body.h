@@ -18,7 +18,7 @@ struct FreeBody {
   // True if the body was pressed against an obstacle in the last step of RigidWorld, directly or
   // through other bodies. CleanUp then does not move it.
   bool supported = false;
-  // Velocity [m/s] and angular velocity [rad/s] after the stage that moves bodies.
+  // Velocity [m/s] and angular velocity [rad/s] that belong to `end` before any correction.
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
   RigidPose start, end;  // poses at the start and end of the part; corrections change `end`
   // Total corrections of `end` that change velocities: displacement and rotation vector. Divided by

@@ -8,7 +8,7 @@ namespace loomstone {
 struct RigidMotion {
   bool rigid = false;  // false: the surface deforms, or its vertices do not determine a rotation
   Mat3 rotation = Mat3::Identity();
-  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // start and end position of the first vertex [m]
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // start and end positions of the first vertex [m]
 
   Vec3 displacement(const Vec3& x) const { return rotation * (x - from) + to - x; }
 };

@@ -1,7 +1,7 @@
 // Exact continuous collision detection. Decides whether a vertex and a face, or two edges, touch at
 // any time in [0, 1] while their points move on straight lines. All degenerate cases are handled.
-// Integer arithmetic has no rounding but is slow (15 to 40 us per query), so the functions with the
-// result ExactImpact use it only for queries that floating point leaves undecided.
+// Integer arithmetic has no rounding but is slow (15 to 40 us per query), so the functions that
+// return an ExactImpact use it only for queries that floating point leaves undecided.
 #pragma once
 
 #include "core/collision/narrow_phase/continuous.h"
@@ -18,8 +18,8 @@ struct ExactImpact {
   double time = 1.0;  // lower bound on the first contact time, in [0, 1]; 1 without a hit
 };
 
-// Both functions use floating point where rounding errors are small enough to prove the result, and
-// exact integer arithmetic otherwise.
+// Both functions use floating point where it can prove the result in spite of rounding, and exact
+// integer arithmetic otherwise.
 ExactImpact exact_continuous_vertex_face(const MovingPoints& points);
 ExactImpact exact_continuous_edge_edge(const MovingPoints& points);
 

@@ -63,7 +63,7 @@ class Integer {
   __extension__ using Wide = unsigned __int128;
 
   // Limbs from the lowest to the highest. After each arithmetic operation, the highest limb is not
-  // zero. Up to `in_place` limbs are stored inline; once more are pushed, all are on the heap.
+  // zero. Up to `in_place` limbs are stored inline. If more are pushed, all move to the heap.
   class Limbs {
    public:
     Limbs() {}

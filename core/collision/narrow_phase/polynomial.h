@@ -45,8 +45,8 @@ class AlgebraicTime {
   Polynomial polynomial_;
 };
 
-// Returns whether accept(t) is true for any root t of p in [0, 1], ends included. p must have
-// degree at most 3 and must not be identically zero.
+// Returns whether accept(t) is true for at least one root t of p in [0, 1], ends included. p must
+// have degree at most 3 and must not be identically zero.
 bool any_root(const Polynomial& p, const std::function<bool(const AlgebraicTime&)>& accept);
 
 }  // namespace loomstone

@@ -16,8 +16,8 @@ namespace {
 // the start. Our choice.
 constexpr double closing = 0.25;
 
-// Weight of the normal forces that pull in ContactError::relative(). Our choice: with 1, steps are
-// solved again more often, and cloth leaves surfaces no faster.
+// Weight, in ContactError::relative(), of the normal forces that pull. Our choice: with a weight of
+// 1, steps are solved again more often, and cloth leaves surfaces no faster.
 constexpr double weight_of_pull = 0.5;
 
 Mat3 tangent_projector(const Vec3& normal) {
@@ -126,8 +126,8 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   return rigid / (inputs.step * inputs.step * std::max(inverse_mass, 1e-300));
 }
 
-// Returns the normal force at the start of the step, not multiplied by the share. The share only
-// affects the gap below which the force is linear.
+// Returns the normal force at the start of the step, not multiplied by the share. The share affects
+// only the gap below which the force is linear.
 ContactForce normal_at_start(const Contact& contact, const AtStart& start, double share) {
   const double linear = steepest_gap(contact.thickness, share * start.stiffness, start.steepest);
   return extended_force({contact.distance, linear}, contact.thickness, start.stiffness);

@@ -1,5 +1,5 @@
 // Contacts with friction as terms of the implicit solve. Each contact has a repulsion along its
-// normal and an anchored tangential spring (method.md, Contact terms and Friction).
+// normal and an anchored tangential spring (docs/method.md, "Contact terms" and "Friction").
 #pragma once
 
 #include <array>
@@ -27,15 +27,17 @@ struct ContactLaw {
   double steepest;             // largest allowed slope of the normal force [N/m]
   double parting;              // predicted rate of change of the distance [m/s]
   Index contact;               // index in the list of contacts from which the terms were made
-  bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
+  // True if the sums of this rank include the term; see ContactTerms::counts().
+  bool counts;
 };
 
 // Error of the forces in contact terms, compared with those due after a motion; see
 // ContactTerms::forces_after(). Errors of several ranks can be added in any order.
 struct ContactError {
   enum { Wrong, Limit, Pull, Push, Closing, n_sums };
-  // Sums over contacts: error of friction [N], friction limit [N], normal forces that pull and that
-  // push [N], and number of contacts that would close (see `closing` in contact_terms.cpp).
+  // Sums over contacts: error of friction [N], friction limit [N], normal forces that pull [N],
+  // normal forces that push [N], and number of contacts that would close (see `closing` in
+  // contact_terms.cpp).
   std::array<BinnedSum, n_sums> sums;
 
   // Returns 1 if any contact would close. Otherwise returns the larger of two ratios [1]: the error

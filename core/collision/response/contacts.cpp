@@ -74,8 +74,9 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
   return !inside;
 }
 
-// Keeps only the nearest contact of each vertex with each smooth surface. Distance and interpolated
-// normal are then continuous across faces. Of several equally near contacts, the first is kept.
+// Of the contacts of a vertex with a smooth surface, keeps only the nearest. Distance and
+// interpolated normal are then continuous across faces. Of several equally near contacts, keeps the
+// first.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
   std::vector<Contact> kept;

@@ -47,7 +47,7 @@ struct ContactTotals {
 // Returns the totals of `contacts`. They are the totals of all ranks only if `contacts` contains
 // the contacts of all ranks.
 ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts);
-// Returns the totals of a set of contacts from `parts`, the totals of subsets that do not overlap.
+// Returns the totals of a set of contacts from the totals of its parts, which do not overlap.
 ContactTotals joined(const std::vector<ContactTotals>& parts);
 
 // Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with one

@@ -66,8 +66,8 @@ class Impulses {
   // as a fraction of the step. Returns false if neither feature can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
-  // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
-  // of bodies and the accumulated impulses of contacts. Stops after `most_sweeps` sweeps, or after
+  // Corrects the end positions of cloth and bodies in x1. Updates the accumulated impulses of
+  // contacts, and `end`, `moved` and `turned` of bodies. Stops after `most_sweeps` sweeps, or after
   // a sweep in which every change of an impulse, times `normal_inverse_mass`, is less than
   // `tolerance` times `scale` of its contact.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,

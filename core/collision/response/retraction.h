@@ -8,7 +8,7 @@ namespace loomstone {
 
 // Motion of surfaces that are retracted. The two surfaces of a retraction accelerate like rigid
 // bodies under equal and opposite forces at one point, so momentum and angular momentum are
-// conserved if both accelerate. Surfaces with prescribed vertices, bodies and obstacles do not
+// conserved if both accelerate. Bodies, obstacles and cloths with prescribed vertices do not
 // accelerate. Both arrays have 0 rows if the tangle has no retractions.
 struct RetractedMotion {
   Points acceleration{0, 3};  // (n x 3) acceleration of each vertex [m/s^2]

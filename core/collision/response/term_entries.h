@@ -20,9 +20,9 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices,
 // Whether a contact acts on any row, and whether it acts on one of the given rows.
 struct ActingOn {
   bool any = false, given = false;
-  // The lowest row on which the contact acts is one of the given rows, or the contact acts on no
-  // row and the given rows include row 0. If each row belongs to one rank, each contact thus counts
-  // on one rank.
+  // True if the lowest row on which the contact acts is one of the given rows, or if the contact
+  // acts on no row and the given rows include row 0. If each row belongs to one rank, each contact
+  // thus counts on one rank.
   bool counts = false;
 };
 ActingOn acting_on(const CollisionModel& model, const Contact& contact, IndexRange rows);

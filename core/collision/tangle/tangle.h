@@ -37,12 +37,14 @@ struct Piercing {
 struct Retraction {
   // All vertices of the connected surface of which a part has passed through `outer`.
   std::vector<Index> inner;
-  // All vertices of the connected surface that this part has passed through.
+  // All vertices of the connected surface through which a part of `inner` has passed.
   std::vector<Index> outer;
   int contour = -1;               // index of the first piercing of the contour
   Vec3 point = Vec3::Zero();      // mean of the points where edges of `inner` pierce `outer` [m]
   Vec3 direction = Vec3::Zero();  // unit direction in which `inner` moves relative to `outer`
-  double depth = 0.0;  // mean width of the part: its area over the length of the contour [m]
+  // Mean width of the part of `inner` that has passed through [m]: the area of this part divided by
+  // the length of the contour.
+  double depth = 0.0;
 };
 
 // Intersections of one configuration. A default-constructed Tangle contains none.

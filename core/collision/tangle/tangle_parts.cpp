@@ -10,10 +10,11 @@ namespace loomstone {
 namespace {
 
 // Width, as a number of edges, of the zone around a contour and around the parts that have passed
-// through. In this zone, pairs of a feature of such a part and a feature of another part are
-// ignored.
+// through another surface. In this zone, pairs of a feature of such a part and a feature of another
+// part are ignored.
 constexpr int rounds_around = 2;
-// The surface of a part that has passed through is retracted as a whole only if all of these hold:
+// If a part of a surface has passed through another surface, the whole surface is retracted only if
+// all of these hold:
 //   the contour is at least `least_length` times as long as the square root of the surface's area;
 //   the part has at least the fraction `least_share` of this area;
 //   the mean of Piercing::way_out along the contour is longer than `least_agreement`.

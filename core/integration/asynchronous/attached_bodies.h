@@ -17,8 +17,8 @@ class AttachedBodies {
   // during the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
-  // Ends the interval. Stores the velocities of the bodies in `body_velocity` (2 b x 3), and their
-  // poses in BodiesOfStep::end.
+  // Ends the interval. Stores the velocities of the bodies in `body_velocity` (two rows for each
+  // body: velocity [m/s] and angular velocity [rad/s]), and their poses in BodiesOfStep::end.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
   // Applies the fraction `share` of the impulses that the loads give the bodies in the interval.

@@ -60,7 +60,7 @@ class BendingGroup {
 // patch is a run of 64 consecutive triangles, or fewer at the end of the mesh. All its triangles
 // have the same step. Their beta [s] is the largest damping of the triangles in the patch and of
 // those next to it, and lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of all
-// these triangles. Triangles without bending have the step infinity.
+// these triangles. The step of triangles without bending is infinite.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 

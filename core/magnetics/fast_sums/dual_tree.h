@@ -123,7 +123,7 @@ class DualTreeDescent {
   };
 
   // Classifies the candidates of a cell as far, near or deferred to its children. Two cells that
-  // are not far apart are near if both are leaves. If one is a leaf, the other is opened. If
+  // are not far apart are near if both are leaves. If only one is a leaf, the other is opened. If
   // neither is a leaf, the one with the larger radius is opened, or both if the radii are equal.
   // Two cells of the same tree thus interact in both directions or not at all.
   void sort(const Visit& visit, Scratch& s) const {

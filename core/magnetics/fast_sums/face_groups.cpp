@@ -98,7 +98,7 @@ void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansi
                         centre, moments);
 }
 
-// The errors in the settings are 1.5 times those measured near a ring of 3,200 faces.
+// The errors in the settings are 1.5 times those measured near a ring magnet with 3,200 faces.
 std::vector<ExpansionSetting> FaceGroups::settings() const {
   return {{7, 0.55, 4e-3}, {9, 0.5, 3e-4}, {11, 0.4, 3e-5}, {14, 0.35, 3e-7}};
 }

@@ -79,7 +79,7 @@ struct BoxNodes {
 };
 
 // Returns the index of the side of a body on which a panel lies: twice the index of the axis
-// closest to the panel's normal, plus one if the normal points along the negative axis.
+// closest to the panel's normal, plus one if the normal has a negative component along this axis.
 int side_of(const FlatPanel& panel) {
   int axis;
   panel.normal.cwiseAbs().maxCoeff(&axis);

@@ -61,8 +61,8 @@ class TaylorExpansion {
   static constexpr int beyond = 7;
   // Stores the coefficients of `local` for evaluate_at().
   void pack(const double* local, double* rows) const;
-  // Computes the same as evaluate(), but at one point and up to rounding errors. `rows` contains
-  // the coefficients from pack(), followed by at least `beyond` readable doubles.
+  // Computes the same as evaluate() at one point, except for rounding errors. `rows` contains the
+  // coefficients from pack(), followed by at least `beyond` readable doubles.
   void evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,
                    double* gradient) const;
 

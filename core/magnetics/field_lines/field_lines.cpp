@@ -24,7 +24,7 @@ constexpr double least_move = 64.0;
 // Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. At
 // smaller tolerances, run() allows more steps. The limit matters for induced bodies: at distances
 // below the size of a panel, the field shows the pattern of the panels, and lines through weak
-// fields may not end.
+// fields may never end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{

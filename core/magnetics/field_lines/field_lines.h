@@ -23,8 +23,8 @@ struct LineOptions {
   // centre of bounding_ball() and four times its radius.
   Vec3 centre = Vec3::Zero();
   double extent = 0.0;
-  double tolerance = 1e-5;  // tolerated error of a step, as a fraction of `extent` [1]
-  double length = 0.0;      // maximum length in each direction [m]; 0: 20 times `extent`
+  double tolerance = 1e-5;  // tolerated error of a step, as a fraction of the sphere's radius [1]
+  double length = 0.0;      // maximum length in each direction [m]; 0: 20 times this radius
 };
 
 // Starting points of lines (n x 3) [m], and the directions in which they are traced: 1 along the
@@ -49,8 +49,8 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
 
 // Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
 // of solid bodies, on discs inside loops and solenoids, and on surfaces bounded by closed
-// polylines. Seeds on solid bodies are traced along the field, others in both directions. Throws
-// InvalidInput if `lines` < 1, if there are no such surfaces or discs, or if no flux passes
+// polylines. Lines from solid bodies are traced along the field, other lines in both directions.
+// Throws InvalidInput if `lines` < 1, if there are no such surfaces or discs, or if no flux passes
 // through them.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);

@@ -1,5 +1,5 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/|R|, the force on cuboid 2 is
-//   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
+//   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum_corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
 // J1 and J2 are the polarisations, and d_i is the derivative along axis i. R is the arm, the vector
 // (x, y, z) from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the products of the
 // signs of the coordinates of these two corners, each relative to the centre of its cuboid. For the

@@ -48,8 +48,8 @@ struct SoftSphere {
   Vec3 position, moment;  // [m], [A m^2]
   double radius;          // [m]
 };
-// Adds the contribution of the forces between soft spheres to `frequencies2`. Distances of their
-// centres count as at least 0.9 times the sum of their radii.
+// Adds the contribution of the forces between soft spheres to `frequencies2`. The distance between
+// two centres counts as at least 0.9 times the sum of the radii.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

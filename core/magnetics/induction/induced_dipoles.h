@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// Returns the moment per flux density of a sphere with susceptibility chi >= -1, (4 pi R^3 / mu0)
-// chi / (3 + chi) [A m^2/T].
+// Returns the moment per flux density of a sphere with radius R and susceptibility chi >= -1. It is
+// (4 pi R^3 / mu0) chi / (3 + chi) [A m^2/T].
 double sphere_polarizability(double radius, double susceptibility);
 
 // Returns the moments (n x 3) [A m^2] of spheres at positions (n x 3) [m] with polarisabilities (n)

@@ -16,10 +16,10 @@ namespace {
 
 constexpr int most_rounds = 50;
 
-// Returns the distance [m] of a point from the nearest dipole of a source that has dipoles.
-// Otherwise, returns the distance from the surface of a solid source, negative inside, or from the
-// nearest sampled point of a current. A uniformly magnetised sphere counts as the dipole at its
-// centre.
+// Returns the distance [m] of a point from a body. If the source has dipoles, this is the distance
+// from the nearest one. Otherwise, it is the distance from the surface of a solid source, negative
+// inside, or from the nearest sampled point of a current. A uniformly magnetised sphere counts as
+// the dipole at its centre.
 double distance_to(const MagneticBody& body, const Vec3& point) {
   const Vec3 local = in_axes(body.pose, point);
   double nearest = std::numeric_limits<double>::infinity();

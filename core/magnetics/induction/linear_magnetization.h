@@ -27,10 +27,10 @@ struct Induction {
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
-// Throws InvalidInput if a soft body overlaps another soft body or a magnet. They count as
-// overlapping if a sample of the soft body lies inside the other body, or if the centre or a dipole
-// of the other body lies inside the soft body. The message names both. `names` contains the names
-// of the soft bodies, followed by those of the hard ones.
+// Throws InvalidInput if a soft body overlaps another soft body or a magnet. Two bodies overlap if
+// a sample of the soft body lies inside the other body, or if the centre or a dipole of the other
+// body lies inside the soft body. The message names both bodies. `names` contains the names of the
+// soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 

@@ -1,6 +1,6 @@
-// Mutual inductance of two coils: the flux through one coil per ampere in the other, computed as
-// the integral of the other coil's vector potential along the winding of the first. The integral is
-// finite even if the coils overlap or touch, except for two loops that coincide.
+// Mutual inductance of two coils: the flux through coil 1 per ampere in coil 2, computed as the
+// integral of the vector potential of coil 2 along the winding of coil 1. The integral is finite
+// even if the coils overlap or touch, except for two loops that coincide.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

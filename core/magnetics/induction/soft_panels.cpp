@@ -19,7 +19,7 @@ namespace loomstone {
 
 namespace {
 
-// Number of points in each direction of a panel at which the field is sampled and forces act.
+// The field is sampled and forces act at this number of points in each direction of a panel.
 constexpr int points_a_direction = 3;
 constexpr Index most_panels = 8000;          // limits the matrix to 0.5 GB
 constexpr Index most_cuboid_panels = 24000;  // limits the eight matrices to 0.6 GB

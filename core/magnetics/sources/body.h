@@ -19,11 +19,11 @@ struct MagneticBody {
   Vec3 moment() const { return rotation_matrix(pose.orientation) * source->moment(); }
 };
 
-// Returns the total field of all bodies at (n x 3) points [m], in world axes (n x 3). `quantity` is
+// Returns the total field of all bodies at points (n x 3) [m], in world axes (n x 3). `quantity` is
 // "B" [T] or "H" [A/m].
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
                       const ConstPointsRef& points, const std::string& quantity);
-// Returns the total field gradient dB_i/dx_j [T/m] of all bodies at (n x 3) points [m] outside the
+// Returns the total field gradient dB_i/dx_j [T/m] of all bodies at points (n x 3) [m] outside the
 // magnets, in world axes (n x 9).
 Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& bodies,
                             const ConstPointsRef& points);
@@ -48,7 +48,7 @@ inline Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
   return rotation_matrix(pose.orientation).transpose() * (point - pose.position);
 }
 
-// Returns the total magnetic scalar potential [A] of all bodies at (n x 3) points [m]. H is its
+// Returns the total magnetic scalar potential [A] of all bodies at points (n x 3) [m]. H is its
 // negative gradient.
 Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bodies,
                           const ConstPointsRef& points);

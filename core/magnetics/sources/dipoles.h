@@ -51,8 +51,8 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
                        const DipoleSet& by, double nearest = 0.0);
 
 // Returns the interaction energy of a set of dipoles [J]. It is minus the sum of m_k . B_l(r_k)
-// over all pairs k < l, where m_k and r_k are moment and position of dipole k, and B_l is the field
-// of dipole l.
+// over all pairs k < l, where m_k and r_k are the moment and the position of dipole k, and B_l is
+// the field of dipole l.
 double dipole_energy(const Team& team, const DipoleSet& set);
 
 // Kernels for one block of observers, stored as coordinate arrays x[n], y[n], z[n]; n is a multiple

@@ -73,8 +73,8 @@ namespace {
 
 // Returns the number of panels within the distance d of the end of an edge, divided by the number
 // for d = 1. The distance is in units of half of the shortest edge. Up to d = 1, panels are refined
-// towards the end. Beyond d = 1, the width of panels is constant or grows in proportion to 1 +
-// growth (d - 1).
+// towards the end. Beyond d = 1, the width of panels is constant or grows in proportion to
+// 1 + growth (d - 1).
 double panels_from_end(double d, double growth) {
   if (d <= 1.0) return std::sqrt(d);
   return 1.0 + (growth > 0.0 ? 0.5 * std::log1p(growth * (d - 1.0)) / growth : 0.5 * (d - 1.0));

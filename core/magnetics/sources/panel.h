@@ -21,7 +21,7 @@ struct Panel {
   Vec3 a = Vec3::Zero(), b = Vec3::Zero(),
        c = Vec3::Zero();  // first corner and the two edges from it [m]; a segment has only edge b
   double radius0 = 0.0,
-         radius1 = 0.0;  // inner and outer radius of a disc [m]; side and circle use radius1 only
+         radius1 = 0.0;  // inner and outer radius of a disc [m]; sides and circles use radius1
   double azimuth = 0.0, turn = 0.0;     // first azimuth and angle covered [rad]
   double height0 = 0.0, height1 = 0.0;  // range of a side along z [m]; a disc is at height0
   Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density

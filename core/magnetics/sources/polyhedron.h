@@ -73,7 +73,7 @@ class Polyhedron : public Source {
 class MeshMagnet final : public Polyhedron {
  public:
   // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if J is not finite
-  // or if the mesh is open, inside out or encloses a volume below 1e-12 radius()^3.
+  // or if the mesh is open, is inside out or encloses a volume below 1e-12 radius()^3.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
     return {"mesh",

@@ -19,8 +19,9 @@ class SphericalHarmonics {
 
   explicit SphericalHarmonics(int degree);
   int degree() const { return degree_; }
-  // size() is the number of coefficients: the real and the imaginary part of each (l, m) with l = 1
-  // ... degree and m = 0 ... l. slot() is the index of the real part; the imaginary part follows.
+  // size() is the number of coefficients: the real and the imaginary part of each (l, m) for
+  // l = 1 ... degree and m = 0 ... l. slot() is the index of the real part; the imaginary part
+  // follows.
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 

@@ -133,8 +133,8 @@ void add_cloth_surfaces(const Scene& scene, const std::vector<double>& thickness
   }
 }
 
-// Adds the surfaces of bodies, then of obstacles. Those without a given thickness get `thickness`
-// [m].
+// Adds the surfaces of bodies, then those of obstacles. Surfaces without a given thickness get
+// `thickness` [m].
 void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   const auto add = [&](const auto& each, std::size_t number, CollisionSurface surface) {
     surface.name = model.topology.body_names[number];

@@ -89,7 +89,6 @@ void order_triangles(const Joined& all, Model& model) {
   for (Index t = 0; t < m; ++t) model.cloth.triangles.row(t) = renamed.row(model.triangle_of[t]);
 }
 
-// Returns the rest corners of cloth c of the scene.
 RestCorners rest_corners_of(const Scene& scene, std::size_t c) {
   const Cloth& cloth = scene.cloths[c];
   return {*cloth.mesh, cloth.rest == RestLengths::Uv, item("cloths", c, cloth.name) + ".mesh"};

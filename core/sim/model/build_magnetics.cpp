@@ -1,5 +1,5 @@
-// Builds the magnets, coils and bearings, and, for rendering, the magnetic polarity at each vertex
-// of bodies and obstacles.
+// Builds the magnets, coils and bearings. For rendering, also builds the magnetic polarity at each
+// vertex of bodies and obstacles.
 #include "core/base/error.h"
 #include "core/base/message.h"
 #include "core/sim/model/build.h"

@@ -31,7 +31,7 @@ struct Model {
   struct PinScript {  // scripted positions of the pins of one cloth
     std::vector<Index> rows;
     std::vector<double> times;
-    Points positions;  // (times * rows x 3) [m], all rows of one time together
+    Points positions;  // (times * rows x 3) [m]; the rows of one time are consecutive
   };
 
   Scene scene;
@@ -55,8 +55,8 @@ struct Model {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
   }
-  // Returns the memory of the tables of cloth and of frames [bytes]. The meshes of the scene and
-  // the collision model are not included.
+  // Returns the memory of the tables of cloth and of frames [bytes]. Omits the collision model and
+  // the scene's meshes.
   std::size_t bytes() const {
     std::size_t sum =
         bytes_of(cloth, topology, row_of_vertex, triangle_of, prescribed, inverse_mass);

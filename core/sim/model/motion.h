@@ -7,11 +7,11 @@
 
 namespace loomstone {
 
-// In these functions, `time` [s] is a time within a step, and `share` [1] is the fraction of the
-// motion from `state` to the user's targets and poses that is complete at this time. `share` is 1
-// when the targets and poses are reached (see State::target_time).
+// In the functions below, `time` [s] is a time within a step, and `share` [1] is the fraction of
+// the motion from `state` to the user's targets and poses that is complete at this time. `share` is
+// 1 when the targets and poses are reached (see State::target_time).
 
-// Sets the rows of scripted pins in `target` (n x 3) to their positions at `time` [m]. If the user
+// Sets the rows of scripted pins in `target` (n x 3) [m] to their positions at `time`. If the user
 // has set a target for a vertex, its row is instead the position at the fraction `share` of the way
 // from the current position to the user's target. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);

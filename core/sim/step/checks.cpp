@@ -19,7 +19,7 @@ bool all_within(const Points& x0, const ClothState& cloth, Index n, double most)
   int within = 1;
   for (Index i = 0; i < n; ++i, a += 3, b += 3, v += 3) {
     const double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
-    // The difference of an infinite number or NaN and itself is NaN.
+    // An infinite number or NaN minus itself is NaN.
     const double zero = (v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2]);
     within &= static_cast<int>(x * x + y * y + z * z <= most2) & static_cast<int>(zero == 0.0);
   }

@@ -15,14 +15,14 @@ namespace {
 // the start of the part, whichever is larger. The accuracy multiplies this tolerance. Our choice:
 // in 27 falls of towels on a floor, the gain is then at most 0.023 (docs/experiments/energy.md).
 // Schemes without damping take steps by backward Euler while they have gained more than this
-// fraction, times the accuracy, of the largest of the energies that has_gained() lists.
+// fraction, times the accuracy, of the largest of the energies listed at has_gained().
 constexpr double gain_tolerance = 0.02;
-// Energy that everything but contacts may gain in a part, beyond the work of scripts and loads, the
-// energy that contacts lose and the energy that sweeps of strain limiting add, as a fraction of the
-// scale of gain_tolerance. Where pins move cloth and no triangle is at its strain limits,
-// gain_tolerance applies instead. The accuracy multiplies this tolerance, too. Our choice: the gain
-// is 0.63 where contacts throw apart two magnets that should stay together, up to 0.07 in harmless
-// parts of a scene with magnets on cloth, and at most 0.003 in 14 other scenes
+// Energy that everything but contacts may gain in a part, as a fraction of the scale of
+// gain_tolerance. The gain excludes the work of scripts and loads, the energy that contacts lose
+// and the energy that sweeps of strain limiting add. Where pins move cloth and no triangle is at
+// its strain limits, gain_tolerance applies instead. The accuracy multiplies this tolerance, too.
+// Our choice: the gain is 0.63 where contacts throw apart two magnets that should stay together, up
+// to 0.07 in harmless parts of a scene with magnets on cloth, and at most 0.003 in 14 other scenes
 // (docs/experiments/energy.md).
 constexpr double release_tolerance = 0.1;
 // For the gain of everything but contacts in a part, the scale is at least this fraction of the
@@ -32,11 +32,11 @@ constexpr double release_tolerance = 0.1;
 // its long steps, and pushed cloth gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
 // Energy that may vanish in a part with implicit Euler while scripts do at least as much work, as a
-// fraction of the scale of gain_tolerance or of the elastic energy, whichever is larger. The
-// accuracy multiplies this tolerance, too. Our choice: where pins pull stiff cloth over the edge of
-// a table without friction, the fraction is up to 13 in automatic steps, and the pins do 0.47 J of
-// work instead of none. With 0.05, a pushed ribbon takes a tenth more steps
-// (docs/experiments/energy.md).
+// fraction of the scale of gain_tolerance or of the elastic energy of cloth and contacts, whichever
+// is larger. The accuracy multiplies this tolerance, too. Our choice: where pins pull stiff cloth
+// over the edge of a table without friction, the fraction is up to 13 in automatic steps without
+// this check, and the pins do 0.47 J of work instead of none. With a tolerance of 0.05, a pushed
+// ribbon takes a tenth more steps (docs/experiments/energy.md).
 constexpr double loss_tolerance = 0.15;
 // A part is halved if everything but contacts has gained more than the tolerated energy since the
 // account began, and at least this fraction of the tolerated energy in the part. Our choice:
@@ -46,7 +46,8 @@ constexpr double loss_tolerance = 0.15;
 constexpr double share_of_rise = 0.05;
 // A part in which contacts create too much energy is shortened to the largest length at whose end
 // the expected gain of all energy since the account began, without the work of scripts and loads,
-// is at most this fraction of the tolerated energy, or to the shortest permitted length.
+// is at most this fraction of the tolerated energy. It is not shortened below the shortest
+// permitted length.
 constexpr double aim = 0.5;
 // Largest tolerated result of add_to_account() for a part of an asynchronous step, as a fraction of
 // the largest kinetic energy so far. Our choice.
@@ -89,7 +90,7 @@ double gain_of(const EnergyAccount& account, const StepReport& report) {
   return total_energy(report) - account.start - account.scripts - account.loads;
 }
 
-// Returns gain_of() for `state`, whose obstacles have the poses `obstacles` [J].
+// Returns gain_of() [J] for `state`, whose obstacles have the poses `obstacles`.
 double measured_gain(const SteppedState& state, const std::vector<RigidPose>& obstacles,
                      const Engines& engines) {
   StepReport report;
@@ -105,7 +106,7 @@ double rounding_energy(double h, const Model& model) {
   return 0.5 * model.cloth.mass.sum() * speed * speed;
 }
 
-// Returns gain_of() for the start of the part [J]. Of `state`, reads only what is constant during a
+// Returns gain_of() [J] for the start of the part. Of `state`, reads only what is constant during a
 // step.
 double gain_at_start(const StepContext& part, const Engines& engines, const State& state) {
   std::vector<RigidPose> obstacles;
@@ -124,8 +125,8 @@ struct PartEnergies {
   double of_contacts;       // energy of contacts at the end
 };
 
-// Returns whether too much of the work that scripts did in the part has been lost, and not by
-// friction, damping, strain limits or certification. `scale` is that of gain_tolerance [J].
+// Returns whether too much of the work that scripts did in the part has been lost other than by
+// friction, damping, strain limits and certification. `scale` [J] is that of gain_tolerance.
 bool loses_work(const StepContext& part, const PartEnergies& energies, double scale,
                 const Engines& engines, const State& state) {
   const EnergyAccount &now = state.account, &before = part.start->account;

@@ -27,10 +27,11 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
                       const Engines& engines, State& state);
 
 // Returns whether, by the start of a part, everything but contacts has gained more energy than is
-// tolerated, beyond the work of scripts and loads and the energy that contacts had when the account
-// began. The tolerated gain is a fraction, scaled by ImplicitOptions::accuracy, of the largest of
-// these energies: the largest kinetic energy so far, the work of scripts, the work of loads, and a
-// bound on the energy of rounding errors. Returns false without an accuracy.
+// tolerated. The gain excludes the work of scripts, the work of loads, and the energy that contacts
+// had when the account began. The tolerated gain is a fraction, scaled by
+// ImplicitOptions::accuracy, of the largest of these energies: the largest kinetic energy so far,
+// the work of scripts, the work of loads, and a bound on the energy of rounding errors. Returns
+// false without an accuracy.
 bool has_gained(const StepContext& part, const Engines& engines, const State& state);
 
 // Sets the account and the balances in `report`, which must already have the energies of `state`.
@@ -59,9 +60,9 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // is at rest.
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
-// vanished, unless limit phases may store it, or the step is not automatic and scripted surfaces
-// move. Such work vanishes where cloth slides over an edge: the plane of a contact stays the same
-// within a part, so contacts hold back the cloth.
+// vanished. This check is omitted if limit phases may store the work, or if the step is not
+// automatic and scripted surfaces move. Work of scripts vanishes where cloth slides over an edge:
+// the plane of a contact stays the same within a part, so contacts hold back the cloth.
 //
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,

@@ -82,10 +82,10 @@ double scripted_speed(const StepContext& part, const Points& x0, const Points& x
   return std::sqrt(square) / part.h;
 }
 
-// Returns the vertices of every cloth that sweeps must not move, because they would push it into
-// other surfaces. Such a cloth is loaded by bodies (sweeps ignore the mass of the body), or its
-// limits are forced (see NearContacts). Only the limit phases of the solve limit the strain of
-// these cloths.
+// Returns the vertices of all cloths that must not be moved by sweeps, because sweeps would push
+// them into other surfaces. Such a cloth is loaded by bodies (sweeps ignore the mass of the body),
+// or its limits are forced (see NearContacts). Only the limit phases of the solve limit the strain
+// of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
   const CollisionModel& collision = model.collision;
   std::vector<std::uint8_t> loaded = loaded_by_bodies(model, near.totals);
@@ -112,7 +112,7 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
                    StepReport& report) {
   report.seconds.limit += done.limit_seconds;
   report.seconds.certify -= done.limit_seconds;
-  // Stepper::collide() counts all waiting in this stage as that of collision handling.
+  // Stepper::collide() counts all waiting in this stage as waiting in collision handling.
   report.ranks.collision_waiting -= done.limit_waiting;
   report.ranks.collision_computing += done.limit_waiting;
   report.limits.sweeps += done.limits.sweeps;

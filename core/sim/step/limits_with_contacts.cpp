@@ -199,12 +199,12 @@ class Constraining {
   }
 
   // Reduces the changes of velocity that follow from the corrections of a certification if these
-  // would increase the kinetic energy of the vertices and bodies that it moved. In a very short
-  // part, the correction of a small gap would give them large velocities. Used only in scenes with
-  // strain limits, whose parts become very short. The kinetic energy may rise to the value at
-  // which they all have the speed of the fastest scripted vertex. All changes are reduced in
-  // proportion, so they conserve momentum as before. `bodies` and `at_rest` are the values before
-  // the certification.
+  // changes would increase the kinetic energy of the vertices and bodies that certification moved.
+  // In a very short part, the correction of a small gap would give them large velocities. Used only
+  // in scenes with strain limits, whose parts become very short. The kinetic energy may rise to the
+  // value at which all moved vertices and bodies have the speed of the fastest scripted vertex. All
+  // changes are reduced in proportion, so they conserve momentum as before. `bodies` and `at_rest`
+  // are the values before the certification.
   void keep_energy_of_impacts(const FreeBodies& bodies, const Points& at_rest) {
     const auto rest = [](const Points& points, Index i) {
       return points.rows() > 0 ? Vec3(points.row(i).transpose()) : Vec3(Vec3::Zero());
@@ -245,8 +245,8 @@ class Constraining {
     }
   }
 
-  // Subtracts from the corrections in `at_rest` what certification or a fallback has withheld of
-  // them, so that withholding it does not change velocities either.
+  // If certification or a fallback has withheld some of the corrections in `at_rest`, subtracts the
+  // withheld part from them. Thus, withholding it does not change velocities either.
   void withhold_at_rest(const std::vector<WithheldMotion>& withheld) {
     Points& at_rest = report_.at_rest;
     for (const WithheldMotion& motion : withheld) {
@@ -257,7 +257,7 @@ class Constraining {
     }
   }
 
-  // Returns whether the limits are satisfied after limiting and no impulses then move vertices.
+  // Returns whether limiting has satisfied the limits and no later impulses move vertices.
   // In this case, no check is needed until certification moves vertices.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 

@@ -71,7 +71,7 @@ struct ConstrainReport {
   // energy.
   Points at_rest;
   double limit_seconds = 0.0;  // time spent on sweeps of limiting [s]
-  double limit_waiting = 0.0;  // time spent waiting for other ranks in them [s]
+  double limit_waiting = 0.0;  // part of limit_seconds spent waiting for other ranks [s]
   std::vector<Index> touched;  // cloth vertices that certification moved
 };
 

@@ -1,5 +1,5 @@
-// First stage: positions and forces at the start of a part of a step and, for its end, the
-// positions of scripted pins and obstacles and the predicted velocities of bodies.
+// First stage of a part of a step: finds the positions and forces at its start. For its end, finds
+// the positions of scripted pins and obstacles, and predicts the velocities of bodies.
 #pragma once
 
 #include <vector>
@@ -22,8 +22,8 @@ struct Loads {
   // Tables of 2 b rows have two rows for each of the b bodies: translation and rotation.
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
-  // (2 b x 3) velocities predicted for the end of the part, without the effects of cloth and of
-  // contacts and, if there is no cloth, also without magnetic forces [m/s, rad/s]
+  // (2 b x 3) velocities predicted for the end of the part [m/s, rad/s], without the effects of
+  // cloth and contacts; if there is no cloth, also without magnetic forces
   Points body_velocity;
   Points body_angular_velocity;  // (b x 3) angular velocities at the start [rad/s]
   // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the
@@ -40,7 +40,7 @@ struct Rows {
 // Returns the cloth rows that this rank owns.
 Rows own_cloth_rows(const Engines& engines);
 
-// Sets `force` to the gravity, drag and user forces at `time` [s] in the cloth rows `rows` [N].
+// Sets `force` [N] to the gravity, drag and user forces at `time` [s] in the cloth rows `rows`.
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        RowsOut force);
 

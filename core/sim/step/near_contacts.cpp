@@ -21,8 +21,8 @@ namespace {
 constexpr double share_of_limit_forces = 0.001;
 
 // Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Bodies are
-// expected to keep their velocities at the start of the part; obstacles have their mean velocities
-// in the part. Row 0 belongs to the first collision vertex after the cloth.
+// expected to keep the velocities that they have at the start of the part; obstacles have their
+// mean velocities in the part. Row 0 belongs to the first collision vertex after the cloth.
 Points body_vertex_velocities(const StepContext& part, const Loads& loads, const State& state,
                               const Model& model) {
   const Index n = model.cloth.n_vertices;
@@ -40,8 +40,8 @@ Points body_vertex_velocities(const StepContext& part, const Loads& loads, const
 }
 
 // Returns the predicted velocities of all collision vertices [m/s]. Free cloth vertices are
-// expected to keep their velocities at the start of the part; prescribed vertices have their mean
-// velocities in the part.
+// expected to keep the velocities that they have at the start of the part; prescribed vertices have
+// their mean velocities in the part.
 VertexVelocities predicted_velocities(const StepContext& part, const Loads& loads,
                                       const State& state, const Model& model) {
   return VertexVelocities([&, of_bodies = body_vertex_velocities(part, loads, state, model)](
@@ -54,9 +54,9 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
 }
 
 // Returns the mean velocities of obstacle vertices in this part minus those in the last part
-// (k x 3) [m/s]; no rows if they are unknown or no obstacle moves in this part. Velocities in the
-// last part are turned with an obstacle that rotates, so steady rotation changes nothing. The
-// change is 0 for an obstacle whose pose the user has set.
+// (k x 3) [m/s]. Returns no rows if the length of the last part is unknown or no obstacle moves in
+// this part. Velocities in the last part are turned with an obstacle that rotates, so steady
+// rotation changes nothing. The change is 0 for an obstacle whose pose the user has set.
 Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
                         const Model& model) {
   const Points &now = state.obstacle_vertices, &next = loads.next_obstacles;
@@ -80,9 +80,10 @@ Points obstacle_changes(const StepContext& part, const Loads& loads, const State
   return changes;
 }
 
-// Returns the change of velocity of cloth in the last part, scaled to the length of this part, and
-// that of obstacles in this part, compared with the last one [m/s]. 0 if it is unknown, and for
-// bodies. Contact terms assume this change in this part, which reduces the lag of sliding contacts.
+// Returns the change of velocity [m/s] that contact terms assume for each collision vertex in this
+// part. The assumption reduces the lag of sliding contacts. For cloth, returns the change in the
+// last part, scaled to the length of this part; for obstacles, the result of obstacle_changes().
+// Returns 0 for bodies and for unknown changes.
 VertexVelocities expected_change(const StepContext& part, const Points& of_obstacles,
                                  const State& state, const Model& model) {
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
@@ -161,8 +162,8 @@ void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engi
 }
 
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], including
-// those of add_limit_forces(), or no rows if no contact is closer than half its thickness.
-// contact_stiffness(), which reads them, stiffens no contact if there are no rows.
+// those of add_limit_forces(). Returns no rows if no contact is closer than half its thickness.
+// contact_stiffness() reads these forces, and stiffens no contact if there are no rows.
 Points pressing_forces(const Loads& loads, const NearContacts& near, Engines& engines) {
   const ContactTotals& contacts = near.totals;
   if (!contacts.pressed) return Points(0, 3);

@@ -40,8 +40,8 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// Collective. Finds the contacts of `state`, if they are part of the solve. Until the state
-// changes, the next part and collective calls of contact_energies() then use these contacts.
+// Collective. Finds the contacts of `state`, if contacts are part of the solve. The next part and
+// collective calls of contact_energies() use these contacts as long as the state does not change.
 void know_contacts(const State& state, const Engines& engines);
 
 // Returns the energy [J] of the contacts that the next part of the step would find in `state` at
@@ -59,7 +59,7 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
 // bodies load.
 std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTotals& contacts);
 
-// Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.
+// Returns the energy [J] of contacts at the end of a part, and keeps it in `engines` for reports.
 // Collective. Slow unless know_contacts() was called for this state.
 double energy_at_end(const State& state, double time, const Engines& engines);
 

@@ -16,10 +16,10 @@ namespace {
 // Largest automatic step of the implicit Euler schemes [s]. Our choice: longer steps visibly damp
 // free motion.
 constexpr double largest_of_euler = 10e-3;
-// Largest automatic step of all other schemes except the asynchronous one, and, in scenes with
-// bodies, also of the implicit Euler schemes [s]. Our choice: the error of the membrane, which
-// shortens steps, says nothing about contacts. In contacts that a step does not resolve, schemes
-// without damping throw cloth back, and bodies sink in and bounce.
+// Largest automatic step of all other schemes except the asynchronous one [s]. In scenes with
+// bodies, it also applies to the implicit Euler schemes. Our choice: the error of the membrane,
+// which shortens steps, says nothing about contacts. In contacts that a step does not resolve,
+// schemes without damping throw cloth back, and bodies sink in and bounce.
 constexpr double largest_otherwise = 1e-3;
 // Automatic step of explicit schemes, as a fraction of the stable step at the start. Our choice:
 // stretched cloth is stiffer than cloth at the start.

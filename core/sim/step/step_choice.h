@@ -23,9 +23,9 @@ StepChoice choose_steps(const IntegratorOptions& options, const Model& model, co
 
 // Returns the largest length with which an explicit scheme is expected to be stable from the start
 // of `part` on, with a margin, in 64ths of the step (see StepPart). The result is between 1 and the
-// length of the part. Computes the length from the stretch of the cloth at the start of every
-// eighth step, or if ClothState::expected_step is 0, and stores it there for the parts until the
-// next measurement. steps.stable must be positive. Collective.
+// length of the part. At the start of every eighth step, and whenever ClothState::expected_step is
+// 0, computes the length from the stretch of the cloth and stores it in expected_step for the parts
+// until the next measurement. steps.stable must be positive. Collective.
 int stable_part(const StepContext& part, const StepChoice& steps, const Engines& engines,
                 State& state);
 

@@ -43,15 +43,15 @@ constexpr double dissipation_tolerance = 0.15;
 // 10 ms in swings of soft sheets, which lose up to a third of their energy on the way down.
 constexpr double slow_growth_share = 0.1;
 // Tolerated product of Damping::rate and the length of a part, in steps of given length with an
-// accuracy of 1. Parts are not divided for this if they are shorter than the second number times
+// accuracy of 1. Damping does not divide parts that are shorter than the second number times
 // Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
 // of 10 ms then reaches the bottom at most 2.2 % too late, instead of 8 % without this bound. The
 // bound does not divide steps of 4 ms in gentle motion.
 constexpr double removal_tolerance = 5e-4, least_of_fall_time = 0.019;
 
 // Tolerated product of drag_rate() and the length of a part, for an accuracy of 1. Our choice: drag
-// acts with its value at the start of a part. Above 1, it would carry free cloth beyond the
-// velocity of the air.
+// acts with its value at the start of a part. If the product exceeded 1, drag would carry free
+// cloth beyond the velocity of the air.
 constexpr double drag_tolerance = 0.5;
 
 // Upper limit of automatic steps while strain limits are forced (see NearContacts::forced), as a
@@ -99,8 +99,8 @@ double length_by_damping(const StepContext& part, const Engines& engines, const 
   return length < part.h * StepPart::whole / part.length ? length : INFINITY;
 }
 
-// Returns the length that drag allows for a part from time t0 [s] on [s]; infinite without drag.
-// Collective.
+// Returns the length [s] that drag allows for a part that begins at time t0 [s]; infinite without
+// drag. Collective.
 double length_by_drag(double t0, const State& state, const Engines& engines) {
   const ClothModel& cloth = engines.model.cloth;
   const Air& air = engines.model.scene.air;

@@ -36,8 +36,8 @@ void expect_part(const StepContext& part, const StepError& error, const Engines&
 double automatic_step(double largest, const State& state, Engines& engines);
 
 // After an automatic step of length h [s] from `start`, limits the length of the next one by the
-// damping of implicit Euler, by the allowed growth and, if strain limits were forced (`near`), by a
-// fraction of `largest`.
+// damping of implicit Euler, by the allowed growth and, if strain limits were forced
+// (NearContacts::forced), by a fraction of `largest`.
 void expect_step(double largest, const SteppedState& start, double h, const NearContacts& near,
                  Engines& engines, State& state);
 

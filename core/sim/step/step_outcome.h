@@ -23,7 +23,7 @@ struct StepOutcome {
   StepReport report;
   SteppedState start;  // state at the start of the step; frames within the step interpolate from it
   std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
-  // (n) cloth vertices, 1: in contact, 2: in a triangle of `forced`, 0: neither
+  // (n) For each cloth vertex: 1 in contact, 2 in a triangle of `forced`, otherwise 0.
   std::vector<std::uint8_t> contact;
   // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
   // triangle indices, in descending order of excess.
@@ -63,9 +63,9 @@ RankReport summary_of(const Communicator& ranks, const RankWork& own);
 // Summarises the times for which threads were busy [s].
 ThreadReport summary_of(const std::vector<double>& busy);
 
-// Undoes the changes that an attempt made to `outcome`. Its run times, its numbers of iterations,
-// and the numbers of evaluations, sweeps, rounds and fallbacks of its strain limiting remain in the
-// report.
+// Undoes the changes that an attempt made to `outcome`. The report keeps the run times and the
+// numbers of iterations of the attempt, and the numbers of evaluations, sweeps, rounds and
+// fallbacks of its strain limiting.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -100,7 +100,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     if (certified.moved) error = error_of_motion(part, loads_, state, engines_);
   });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
-  // The next part reuses these contacts.
+  // The next part reuses the contacts that know_contacts() finds.
   collide(seconds.proximity, report, [&] { know_contacts(state, engines_); });
   timed(seconds.check, [&] {
     note_error(part, error, engines_, report);

@@ -23,7 +23,7 @@ class Stepper {
   void advance(State& state, StepOutcome& outcome);
 
   Engines& engines() { return engines_; }
-  // Memory of the data of a step, and of its contacts and terms [bytes].
+  // Memory of the data of a step and, separately, of its contacts and terms [bytes].
   std::size_t step_bytes() const;
   std::size_t contact_bytes() const;
 

@@ -15,7 +15,7 @@ namespace loomstone {
 // contain this record.
 class UserWrites {
  public:
-  // From now on, positions and velocities are compared before every step with those after the
+  // After this call, positions and velocities are compared before every step with those after the
   // preceding step, because users have views of the tables, through which they can write unnoticed.
   void watch(const State& state);
   bool watching() const { return watching_; }

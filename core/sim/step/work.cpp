@@ -124,9 +124,9 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
   });
 }
 
-// Returns, for each term except those of attachments, the gradient of its energy that the solve
-// used [N], which is opposite to the force, and its relative displacement in the part [m]. Newton
-// schemes: sets the gradients of the terms in `near` to these.
+// Returns two vectors for each term except those of attachments: the gradient of its energy in the
+// solve [N], which is opposite to the force, and its relative displacement in the part [m]. In
+// Newton schemes, also sets the gradients of the terms in `near` to the returned gradients.
 std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
                                               const Points& displacement, const Engines& engines) {
   // Forces are evaluated at the same time within the step as in the scheme.

@@ -136,7 +136,7 @@ def _too_many(name: str, given: tuple[Any, ...], order: list[str], places: int) 
 
 
 def _only_mesh(annotation: Any) -> bool:
-    """Returns whether a parameter takes nothing but a mesh, or nothing but a mesh or None."""
+    """Returns whether a parameter takes only meshes, or only meshes and None."""
     return str(annotation) in ("TriangleMesh", "TriangleMesh | None")
 
 

@@ -24,7 +24,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
 
     try:
         with Image.open(path) as image:
-            # Grey values of 16 bits. An image of the mode I may also contain values of 8 bits only.
+            # True for grey values of 16 bits. An image of mode I may have values of 8 bits only.
             deep = image.mode.startswith("I;16") or (
                 image.mode == "I" and int(np.asarray(image).max(initial=0)) > 255
             )

@@ -1,4 +1,4 @@
-"""Ctrl-C while the command `loomstone` loads its modules ends it with one line and exit code 130.
+"""Lets Ctrl-C end the command `loomstone` with one line and exit code 130 while modules load.
 
 Modules are loaded before the command can catch a KeyboardInterrupt. In other programs that import
 loomstone, nothing changes.

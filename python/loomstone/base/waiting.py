@@ -3,9 +3,8 @@
 A thread that only spins takes processor time from other programs. A thread that sleeps at once
 takes tens of microseconds to wake. OpenMP's run-time library (libgomp) reads its settings from the
 environment once, when it is loaded. This module therefore sets GOMP_SPINCOUNT while it loads
-`_core`, which loads libgomp. The package must import this module before
-others that load `_core`. If the user sets OMP_WAIT_POLICY or GOMP_SPINCOUNT, the user's setting is
-kept.
+`_core`, which loads libgomp. The package must import this module before others that load `_core`.
+If the user sets OMP_WAIT_POLICY or GOMP_SPINCOUNT, the user's setting is kept.
 
 OpenBLAS, which `_core` and numpy load, starts threads of its own, which also spin before they
 sleep. This module sets OPENBLAS_THREAD_TIMEOUT in the same way.

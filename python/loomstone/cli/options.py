@@ -26,7 +26,7 @@ __all__ = [
 
 
 def one_of(names: Iterable[str]) -> Callable[[str], list[str]]:
-    """Returns a function for shell completion, which lists the `names` that begin with a text."""
+    """Returns a function that lists the `names` that begin with a text, for shell completion."""
     known = sorted(names)
 
     def matching(incomplete: str) -> list[str]:

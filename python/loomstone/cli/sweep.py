@@ -61,12 +61,12 @@ def sweep(
 ) -> None:
     """Runs a scene for all combinations of parameters.
 
-    Each run has a directory of its own in --out. table.csv has the parameters of each finished run,
-    also of earlier sweeps in --out, and numbers from its report; figures.png plots some of these
-    numbers. If a sweep is interrupted, the same command continues it: finished runs are kept, and
-    the other runs are resumed or started. More values may be added. The exit code is 1 if a run
-    fails; the output of each run is in its log.txt. docs/cluster.md describes how to run a sweep on
-    a cluster.
+    Each run has a directory of its own in --out. table.csv has the parameters of each finished run
+    and numbers from its report; figures.png plots some of these numbers. Both include runs of
+    earlier sweeps in --out. If a sweep is interrupted, the same command continues it: finished runs
+    are kept, and the other runs are resumed or started. More values may be added. The exit code is
+    1 if a run fails; the output of each run is in its log.txt. docs/cluster.md describes how to run
+    a sweep on a cluster.
 
     \b
         loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
@@ -145,7 +145,7 @@ def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str 
 
 
 def _show(points: list[Point], n_own: int, plot: list[str], target: Path) -> None:
-    """Writes the table and the plots; the points after the first `n_own` are of earlier sweeps."""
+    """Writes the table and the plots. Points after the first `n_own` belong to earlier sweeps."""
     rows, earlier = write_table(points, target / "table.csv"), len(points) - n_own
     told = f", {earlier} of them of earlier sweeps" if earlier else ""
     print(f"table: {target / 'table.csv'} ({len(rows)} runs{told})")

@@ -93,7 +93,7 @@ def _path_named(path: Path, parts: list[Part], name: str) -> str:
 
 
 def _listed(parts: list[Part]) -> str:
-    """Returns the names of parts for a message; those with the same name are shown by paths."""
+    """Returns the names of parts for a message, or the paths of parts with the same name."""
     names = [part.name for part in parts]
     shown = [part.name if names.count(part.name) == 1 else part.path for part in parts]
     return ", ".join(map(repr, dict.fromkeys(shown)))

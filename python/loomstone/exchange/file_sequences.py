@@ -16,11 +16,11 @@ __all__ = ["write_meshes", "write_point_caches"]
 
 
 def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
-    """Writes each surface in the first frame as NAME.obj with its materials, and the motion of each
-    surface that moves as NAME.pc2 or NAME.mdd.
+    """Writes each surface to NAME.obj, and the motion of moving ones to NAME.pc2 or NAME.mdd.
 
-    NAME is the identifier of the surface. The vertices of both files have the order of the run.
-    Returns the paths of all files.
+    NAME is the identifier of the surface. NAME.obj shows the first frame, and comes with files of
+    its materials. The vertices of both files have the order of the run. Returns the paths of all
+    files.
     """
     written = []
     with ExitStack() as open_files:
@@ -43,8 +43,8 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
 
 
 def write_meshes(directory: Path, clip: Clip, suffix: str) -> list[Path]:
-    """Writes each surface that moves as NAME-00000.obj or NAME-00000.ply and so on, numbered like
-    the frames of the run. Writes each other surface as one file, NAME.obj or NAME.ply. All OBJ
+    """Writes each moving surface to NAME-00000.obj or NAME-00000.ply and so on, numbered like
+    the frames of the run. Writes each other surface to one file, NAME.obj or NAME.ply. All OBJ
     files of a surface share its materials. Returns the paths of all files.
     """
     written = []

@@ -1,4 +1,4 @@
-"""Checks the types of the values in a glTF file, some of which pygltflib takes unchecked."""
+"""Checks the types of the values in a glTF file, because pygltflib leaves some unchecked."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _hints: Any = cache(get_type_hints)
 
 
 def check_types(path: Path, content: Any) -> None:
-    """Raises CacheError for the first value that is missing or not of the type in pygltflib.GLTF2.
+    """Raises CacheError if a value is missing or not of the type that pygltflib declares for it.
 
-    content : pygltflib.GLTF2
+    content : content of the file, as a pygltflib.GLTF2
     """
     hints = _hints(type(content))
     for kind in _USED:

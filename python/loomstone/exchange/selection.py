@@ -11,7 +11,7 @@ __all__ = ["parse_frames", "selected"]
 
 
 def parse_frames(text: str, count: int) -> range:
-    """Returns the frames that "A:B" names: A to B - 1, where A defaults to 0 and B to `count`.
+    """Returns the frames given by "A:B": A to B - 1, where A defaults to 0 and B to `count`.
 
     count : number of frames of the run
 

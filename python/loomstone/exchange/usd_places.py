@@ -1,4 +1,4 @@
-"""Finds the visible meshes of a USD stage, also instanced ones, and their places.
+"""Finds the visible meshes of a USD stage, including instanced ones, and their places.
 
 A place is a function from a time code to matrices (k x 4 x 4), one per instance, that map points
 (as rows) of the mesh to metres with z up. Instances are those of PointInstancer; instances of
@@ -51,9 +51,9 @@ class _Search:
         self._prototypes = {target for prim in instancers for target in _prototypes(prim)}
 
     def below(self, root: Any, place_of: Callable[[Any], Place]) -> Iterator[tuple[Any, Place]]:
-        """Yields the visible meshes in the tree of `root`, also instanced ones, with their places.
+        """Yields the visible meshes in the tree of `root`, with their places.
 
-        Prototypes are included only where they are instanced.
+        Instanced meshes are included; prototypes are included only where they are instanced.
         """
         geometry = self._geometry
         for prim in self._visible(root):

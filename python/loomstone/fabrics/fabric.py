@@ -163,7 +163,7 @@ class Fabric(ClothMaterial):
     def _strip_rigidities(self) -> tuple[float, ...]:
         """Returns the rigidities of strips along weft, warp and bias [N m].
 
-        Returns an empty tuple if the material does not resist bending in every direction.
+        Returns an empty tuple unless the material resists bending in every direction.
         """
         try:
             return tuple(strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45))
@@ -173,8 +173,8 @@ class Fabric(ClothMaterial):
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON: the fields of material and fabric, and `bending_bias`.
 
-        `bending_bias` is the rigidity of a strip on the bias [N m], or 0 if the material does not
-        resist bending in every direction. An infinite limit is None.
+        `bending_bias` is the rigidity of a strip on the bias [N m]; it is 0 unless the material
+        resists bending in every direction. An infinite limit is None.
         """
         band = self.band
         about = self._about | {

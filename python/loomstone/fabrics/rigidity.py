@@ -96,7 +96,7 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
 
     angle_degrees : 0 for weft, 90 for warp and 45 for the bias
 
-    Raises InvalidInput if the material does not resist bending in every direction.
+    Raises InvalidInput unless the material resists bending in every direction.
     """
     d11, d22, d12, d33 = (
         material.bending_weft,

@@ -28,7 +28,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Band:
-    """Published range of Cusick's drape coefficient for a kind of fabric [%]."""
+    """Published range of Cusick's drape coefficient [%] for a kind of fabric."""
 
     low: float
     high: float
@@ -40,7 +40,7 @@ class Row:
     """Description and numbers of a fabric, with its Poisson ratio nu12 [1] and density [kg/m^2].
 
     source, band : keys of SOURCES and BANDS; band is "" if no range is given
-    weft, warp : Young's modulus along weft and warp times thickness [N/m]
+    weft, warp : Young's modulus along weft or warp, times the thickness [N/m]
     shear : shear modulus times thickness, the load per engineering shear [N/m]
     bending : rigidities of strips cut along weft, along warp and on the bias [N m]
     limits : largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown

@@ -188,8 +188,8 @@ class _Shape:
     """Joints of the straps with the bodice, and control points of the bodice's curves.
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
-    armhole : distance from the waist of the control points of the front and back armholes [m]
-    nape : distance from the waist of the back neckline's lowest point and control point [m]
+    armhole : distance of the control points of the front and back armholes from the waist [m]
+    nape : distance of the back neckline's lowest point and control point from the waist [m]
     """
 
     inner: float

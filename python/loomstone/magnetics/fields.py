@@ -41,9 +41,9 @@ def field(
 def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
     """Returns the gradient of the field of one body, or the sum over several bodies.
 
-    points (n, 3) [m] in world axes. Returns (n, 3, 3), where [k, i, j] = mu0 dH_i/dx_j at points[k]
-    [T/m]. Away from currents and surfaces this equals dB_i/dx_j. Each matrix is symmetric. threads
-    as in `field`. Polylines must be closed.
+    points (n, 3) [m] in world axes. Returns (n, 3, 3), where [k, i, j] = mu0 dH_i/dx_j [T/m] at
+    points[k]. Away from currents and surfaces, this equals dB_i/dx_j. Each matrix is symmetric.
+    threads as in `field`. Polylines must be closed.
     """
     return _core.magnetic_gradient(as_list(bodies), points, threads)
 

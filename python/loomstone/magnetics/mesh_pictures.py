@@ -1,4 +1,4 @@
-"""Pictures for `loomstone field` (one magnet), and `loomstone plot force` and `torque` (two)."""
+"""Pictures of one magnet (`loomstone field`) and of two (`loomstone plot force`, `plot torque`)."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Induced(NamedTuple):
 def soft_sphere(
     *, radius: float, susceptibility: float, saturation: float = 0.0, degree: int = 0
 ) -> SoftBody:
-    """Magnetisable sphere: radius [m], susceptibility chi = mu_r - 1 >= -1, not 0 [1].
+    """Magnetisable sphere: radius [m], susceptibility chi = mu_r - 1 [1], at least -1 and not 0.
 
     chi = inf is ideal iron, and chi = -1 is a superconductor. The response is exact for solid
     harmonics up to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its
@@ -56,10 +56,10 @@ def soft_cuboid(
     focus: float = 0.0,
     threads: int = 0,
 ) -> SoftBody:
-    """Magnetisable cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1, not 0 [1].
+    """Magnetisable cuboid with edges `size` (3) [m].
 
-    chi = inf is ideal iron, and chi = -1 is a superconductor. saturation: mu0 M_s [T], 0: none; see
-    `induce`.
+    susceptibility: chi = mu_r - 1 [1], at least -1 and not 0. chi = inf is ideal iron, and chi = -1
+    is a superconductor. saturation: mu0 M_s [T], 0: none; see `induce`.
 
     cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges can have more
     panels (an edge ten times as long: up to four times as many). Panels are finer towards the
@@ -69,8 +69,8 @@ def soft_cuboid(
     24. The median errors are 1e-5 with 16 cells and 4e-6 with 24, and `force` estimates the error
     of each result. Between flat cuboids that magnetise each other, the error with 16 cells reaches
     2.2e-3 at a gap of 0.1 times the shortest edge, and is below 1e-3 at gaps of at least 0.3 times
-    it. If edges have larger ratios, panels grow towards the middle, and a magnet there requires a
-    focus.
+    this edge. If edges have larger ratios, panels grow towards the middle, and a magnet there
+    requires a focus.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
@@ -108,7 +108,8 @@ def soft_cylinder(
 ) -> SoftBody:
     """Magnetisable cylinder about the z axis, or a ring if inner_radius > 0; lengths in [m].
 
-    susceptibility: chi = mu_r - 1 >= -1, not 0 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
+    susceptibility: chi = mu_r - 1 [1], at least -1 and not 0.
+    saturation: mu0 M_s [T], 0: none; see `induce`.
 
     cells: rows of panels along the side, a multiple of 4 from 8 to 24 (slender cylinders have up to
     eight times as many). A row of the side has four times `cells` panels. Panels are finer towards
@@ -143,7 +144,7 @@ def soft_mesh(
 ) -> SoftBody:
     """Magnetisable body bounded by a closed `TriangleMesh` [m].
 
-    susceptibility: chi = mu_r - 1 >= -1, not 0 [1].
+    susceptibility: chi = mu_r - 1 [1], at least -1 and not 0.
 
     The triangles are bisected until there are at least `panels` of them. Raises InvalidInput if
     `panels` or the number of triangles of the mesh exceeds 8000. The linear system is factored

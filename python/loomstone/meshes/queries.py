@@ -22,9 +22,8 @@ def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
 
 @takes()
 def quality(mesh: TriangleMesh) -> dict[str, float]:
-    """Returns smallest and median angle [degrees], and the ratio of largest to smallest area [1].
-
-    The median is that of the smallest angle of each triangle.
+    """Returns the smallest angle of all triangles and the median of their smallest angles
+    [degrees], and the ratio of the largest to the smallest area [1].
     """
     corners = mesh.vertices[mesh.triangles]
     sides = np.roll(corners, -1, 1) - corners

@@ -32,7 +32,7 @@ def relaxed(
     edge : target edge length [m]
     triangles : number of triangles. By Euler's formula, it fixes the number of interior points,
         which is at least 0: triangles = 2 (interior points) + (points of `outline`) - 2. Each point
-        of `outline` that lies inside the outline adds one triangle.
+        of `outline` that lies inside the outline adds one more triangle.
     """
     random = np.random.default_rng(seed)
     n_interior = max(0, (triangles + 2 - len(outline)) // 2)

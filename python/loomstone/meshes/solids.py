@@ -1,4 +1,7 @@
-"""Meshes of solids and of the square floor. Funnel and wave bar are not centred at the origin."""
+"""Meshes of solids and of the square floor.
+
+The funnel and the wave bar are not centred at the origin.
+"""
 
 from __future__ import annotations
 

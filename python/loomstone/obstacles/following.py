@@ -76,7 +76,7 @@ def _rows(points: ArrayLike) -> Floats:
 
 
 def _frames(mesh: TriangleMesh, frames: ArrayLike) -> Floats:
-    """Returns the frames as (frames x n x 3)."""
+    """Returns the frames as an array (frames x n x 3) [m]."""
     array, n = np.asarray(frames, float), mesh.n_vertices
     if array.ndim == 2 and array.shape[1] == 3 and len(array) % n == 0:
         array = array.reshape(-1, n, 3)
@@ -116,7 +116,7 @@ class _Patch:
 
     def samples(self, vertices: Floats) -> tuple[Floats, Floats]:
         """Returns the weighted means (points x 3) of the samples [m], and the samples
-        (points x samples x 3) relative to these [m].
+        (points x samples x 3) relative to these means [m].
         """
         corners = vertices[self.corners]
         middles = (0.5 * (corners + np.roll(corners, 1, axis=2))).reshape(len(corners), -1, 3)

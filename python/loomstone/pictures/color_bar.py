@@ -61,7 +61,7 @@ def _font_size(height: int) -> float:
 
 
 def bar_place(width: int, height: int) -> tuple[int, int, int, int]:
-    """Returns left and top edge, width and height of the coloured strip in a picture [pixels]."""
+    """Returns the left and top edges, and the width and height, of the coloured strip [pixels]."""
     size = _font_size(height)
     long, wide = max(2, int(0.42 * height)), max(2, int(0.9 * size))
     return max(0, int(width - legend_width(height))), (height - long) // 2, wide, long
@@ -101,7 +101,7 @@ def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], titl
 def _title_lines(title: str, room: float, size: float) -> tuple[list[str], float]:
     """Returns the lines of a title and its font size, so that no line is longer than `room`.
 
-    Lines are divided at spaces. If a word is still too long, the font becomes smaller, but not
+    The title is divided at spaces. If a word is still too long, the font becomes smaller, but not
     smaller than 8 pixels.
 
     room : largest length of a line [pixels]

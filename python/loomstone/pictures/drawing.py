@@ -58,7 +58,7 @@ def render_run(
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
     progress : function called with the number of pictures finished since its last call
-    stop : function called before every picture if one process draws; True ends drawing
+    stop : called before every picture if one process draws; drawing ends if it returns True
     simulation : source of field lines if one process draws; None: made from the stored magnets
 
     A fitted camera shows the surfaces of all drawn frames. If the whole run has been drawn with
@@ -101,8 +101,8 @@ def render_run(
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
     """Returns the options. A camera with `fit` is replaced by one that shows all drawn frames.
 
-    For single frames, it is replaced by the camera of the pictures in the run's directory `frames`
-    if these have equal options.
+    For single frames, the new camera is that of the pictures in the run's directory `frames` if
+    these pictures have equal options.
     """
     if not is_fitted(options):
         return options

@@ -1,4 +1,4 @@
-"""The interface of a run that drawing uses, and a check of its frames."""
+"""The interface of a run for the code that draws pictures, and a check of its frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Magnets that look like a mistake: magnets that reach out of their bodies, or overlap."""
+"""Magnets that look like a mistake: magnets that protrude from their bodies, or overlap."""
 
 from __future__ import annotations
 

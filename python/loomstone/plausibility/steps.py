@@ -12,7 +12,7 @@ __all__ = ["of_steps"]
 def of_steps(simulation: Any) -> list[str]:
     """Returns one sentence if an explicit scheme has a fixed step above its stability limit.
 
-    The list is empty otherwise, and always if no vertex of cloth moves freely.
+    The list is empty otherwise, and also if no vertex of cloth moves freely.
     """
     integrator = simulation.integrator
     if not isinstance(integrator, (ExplicitEuler, SymplecticEuler)) or integrator.step == "auto":

@@ -102,7 +102,7 @@ class Run:
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """(frames) times [s]."""
+        """(frames) times of the frames [s]."""
         return self._reader.times
 
     @property
@@ -142,7 +142,7 @@ class Run:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Options of the run, with scene file and parameters if it was made by `loomstone run`.
+        """Options of the run and, after `loomstone run`, the scene file and its parameters.
 
         Empty for files of other programs.
         """
@@ -182,7 +182,7 @@ class Run:
         return read_scene(self.directory)
 
     def magnetic_scene(self) -> Scene | None:
-        """Returns a Scene of the bodies, obstacles, magnets, coils, bearings and magnetic field.
+        """Returns a Scene of the bodies, obstacles, magnets, coils, bearings and uniform field.
 
         The result is None if there are neither magnets nor coils. The scene is read from stored
         numbers, so no program of the run is executed. Obstacles are at rest. Raises CacheError if

@@ -137,7 +137,7 @@ def _end_of(simulation: Any) -> dict[str, Any]:
 def _metadata_text(simulation: Any, options: RunOptions, metadata: dict[str, Any]) -> str:
     """Returns the metadata as JSON, with options that a resumed run keeps.
 
-    Also includes the magnets of the scene, for drawing field lines.
+    The magnets of the scene are included, for drawing field lines.
     """
     kept = {"record_tasks": options.record_tasks, "decomposition": simulation.decomposition}
     magnets = magnets_to_record(simulation.scene)

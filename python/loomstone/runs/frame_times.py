@@ -21,8 +21,8 @@ MOST_FRAMES = 1_000_000
 
 # A duration counts as a whole number of frames if it differs from such a number by at most
 # _ROUNDED_BY frames or by at most the fraction _ROUNDED_BY_FRACTION of itself, but never by more
-# than _MOST_ROUNDED_BY frames. Rates and durations of video, such as 29.97 frames/s for 30000/1001,
-# are rounded by a millionth.
+# than _MOST_ROUNDED_BY frames. Rates and durations of videos, such as 29.97 frames/s for
+# 30000/1001, are rounded by a millionth.
 _ROUNDED_BY, _ROUNDED_BY_FRACTION, _MOST_ROUNDED_BY = 1e-3, 2e-6, 0.05
 
 

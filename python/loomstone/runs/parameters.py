@@ -123,7 +123,7 @@ class Parameter:
 
     @property
     def takes_text(self) -> bool:
-        """Whether every accepted value is a text."""
+        """Whether all accepted values are strings."""
         choices = typing.get_args(self._kind)
         if typing.get_origin(self._kind) is Literal:
             return all(isinstance(choice, str) for choice in choices)
@@ -215,10 +215,10 @@ def _described(kind: Any) -> str:
 
 
 def _read(value: Any, kind: Any) -> Any:
-    """Returns a value as the type `kind`, or raises _Refused if the type does not accept it.
+    """Returns a value converted to `kind`, or raises _Refused if this type does not accept it.
 
     Types other than bool, int, float, str, None, list, tuple, Literal and unions accept every
-    value. A Given is read as text for str and for the texts of a Literal, otherwise as its value.
+    value. A Given is read as its text for str and for strings of a Literal, otherwise as its value.
     """
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if _is_union(kind):

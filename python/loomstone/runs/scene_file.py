@@ -94,7 +94,7 @@ class SceneFile:
 
     @property
     def texts(self) -> set[str]:
-        """Names of the parameters whose values are always texts."""
+        """Names of the parameters whose values are always strings."""
         return {name for name, each in self._parameters.items() if each.takes_text}
 
     @classmethod
@@ -272,7 +272,7 @@ _MESHES = (".obj", ".ply", ".stl", ".abc", ".fbx", *SUFFIXES)
 
 
 def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions]:
-    """Returns duration, rate, integrator and render options of a run."""
+    """Returns the duration, rate, integrator and render options of a run."""
     kept = run.metadata
     try:
         return (

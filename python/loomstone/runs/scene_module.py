@@ -80,7 +80,7 @@ def in_directory_of(path: Path) -> Iterator[None]:
 
 
 def absolute_files(parameters: dict[str, Any]) -> dict[str, Any]:
-    """Returns the parameters. Names of existing files with a suffix become absolute paths.
+    """Returns the parameters, with absolute paths for names of existing files that have a suffix.
 
     A parameter such as mesh=figure.obj is relative to the working directory of the command, but
     scene() runs in the directory of its file.

@@ -32,7 +32,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Abandoned(KeyboardInterrupt):
-    """Raised by a SIGINT after an earlier signal that ends the run.
+    """Raised on a SIGINT after an earlier signal that ends the run.
 
     The run then ends at once, without a new checkpoint.
     """

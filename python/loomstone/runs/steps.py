@@ -28,7 +28,7 @@ def _read(path: Path) -> tuple[list[str], list[list[str]]]:
     """Returns the header and the rows of a steps.csv.
 
     Raises CacheError unless it is a table of numbers whose steps follow one another, with whole
-    numbers in the columns that have them.
+    numbers in the columns of integer quantities.
     """
     header, rows = read_table(path, "step")
     whole = {name for name, value in StepReport().numbers().items() if isinstance(value, int)}

@@ -26,7 +26,7 @@ __all__ = ["Command", "on_dask", "on_this_machine"]
 
 @dataclass(frozen=True)
 class Command:
-    """Arguments of `loomstone run` for all points, and options of both run and resume."""
+    """Arguments of `loomstone run` for all points, and options that `resume` takes too."""
 
     arguments: list[str]
     options: list[str]

@@ -55,7 +55,8 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
     name differ, ranges have finite ends and a count of at least 2, and there are at most
     MOST_POINTS combinations.
 
-    texts : names of the parameters whose values are texts, even if they look like numbers or ranges
+    texts : names of the parameters whose values are strings, even if they look like numbers or
+        ranges
 
     >>> parse_values(["triangles=800,3200", "friction=0.1:0.5:5"])
     {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}
@@ -86,7 +87,7 @@ def parse_values(items: Sequence[str], texts: Collection[str] = ()) -> dict[str,
 def first_values(items: Sequence[str]) -> dict[str, Any]:
     """Returns the first value of each parameter of a sweep, with which its scene can be opened.
 
-    A range that parse_values() would refuse counts as a text, because the parameter may take texts.
+    A range that parse_values() would refuse counts as a string, which the parameter may accept.
 
     >>> first_values(["triangles=800,3200", "case=1:2:1"])
     {'triangles': 800, 'case': '1:2:1'}
@@ -178,7 +179,7 @@ def _directory_name(parameters: dict[str, Any]) -> str:
     """Returns a name for a run with these parameters, independent of other runs of the sweep.
 
     A hash of the parameters is appended if characters are left out, if the name is cut short, or if
-    a text could read like a further parameter.
+    a string could be read as a further parameter.
 
     >>> _directory_name({"triangles": 800, "friction": 0.1})
     'triangles-800_friction-0.1'

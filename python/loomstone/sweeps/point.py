@@ -35,7 +35,7 @@ def run_point(
     options: list[str],
     watch: Callable[[subprocess.Popen[bytes]], None] = lambda _: None,
 ) -> int:
-    """Runs or resumes a scene in a directory unless it is finished, and returns the exit code.
+    """Runs or resumes a scene in a directory unless its run is finished; returns the exit code.
 
     arguments : those of `loomstone run`, without --out
     options : those of both `loomstone run` and `loomstone resume`

@@ -119,7 +119,7 @@ class Page:
 
 
 def _ball(topology: FrameTopology, frame: Frame) -> tuple[NDArray[np.float64], float]:
-    """Returns centre and radius [m] of a ball around all surfaces except floors.
+    """Returns the centre and radius [m] of a ball around all surfaces except floors.
 
     If there are only floors, the ball encloses them.
     """

@@ -1,6 +1,6 @@
-// Time of one sweep of strain limiting over elements that exceed their limits (evaluation and
-// correction; see sweep()), and of a call of StrainLimiter::enforce() on one thread if all elements
-// are within limits (see idle()). The time of a call is the minimum of 40 repetitions. The time of
+// Time of one sweep of strain limiting (evaluation and correction; see sweep()) over elements that
+// exceed their limits, and of a call of StrainLimiter::enforce() on one thread if all elements are
+// within limits (see idle()). The time of a call is the minimum of 40 repetitions. The time of
 // a sweep is divided by that of a block matrix-vector product (7,396 rows, one thread), measured in
 // the same run.
 // Results of different machines can be compared only by this ratio.

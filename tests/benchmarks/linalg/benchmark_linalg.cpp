@@ -63,7 +63,7 @@ std::vector<std::pair<Index, Index>> ordered_couplings(Index side) {
 }
 
 // Matrix of unit masses and of springs whose directions are (1, 0, 0), (0, 1, 0) and (1, 1, 0) in
-// turn. Each spring has `stiffness` along its direction, and a tenth of it in the others.
+// turn. Each spring has `stiffness` along its direction, and a tenth of it perpendicular to that.
 BlockMatrix cloth_like(Index side, double stiffness) {
   const auto couplings = ordered_couplings(side);
   BlockMatrix matrix(side * side, couplings);

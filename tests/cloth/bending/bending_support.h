@@ -35,8 +35,8 @@ struct Strip {
 // `across` is the number of cells over the width.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
 // Strip from a Delaunay triangulation of random points after `smoothing` rounds of relaxation (0
-// keeps slivers). Writes the smallest angle of this triangulation [rad] to least_angle unless it is
-// null.
+// keeps slivers). Writes the smallest angle of this triangulation [rad] to least_angle unless this
+// pointer is null.
 Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing,
                    double* least_angle = nullptr);
 

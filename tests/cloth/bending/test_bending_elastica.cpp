@@ -13,7 +13,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// Returns the tip height of an inextensible cantilever under dead load w per unit length. Writes
+// Returns the tip height of an inextensible cantilever under a dead load w per unit length. Writes
 // the tip's x to tip_x. Solves B theta'' = -w (L - s) cos(theta) by shooting, with B = L = 1. Here
 // theta is the downward slope angle at the arc length s from the clamp.
 double elastica_tip(double w, double& tip_x) {

@@ -160,7 +160,7 @@ TEST_CASE(
               .maxCoeff();
       worst = std::max(worst, remainder);
     }
-    CHECK(worst < last / 3.2);  // the factor tends to 4 as the strain decreases
+    CHECK(worst < last / 3.2);  // last / worst tends to 4 as the strain decreases
     last = worst;
   }
   CHECK(last > 1e-7);  // an error remains, because the rotation changes

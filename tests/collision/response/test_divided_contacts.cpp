@@ -28,7 +28,7 @@ TestScene sheets_on_table(bool smooth) {
 
 struct Results {
   std::vector<double> numbers;               // the same on all ranks
-  std::vector<std::array<double, 9>> terms;  // of the rows of this rank; each begins with its row
+  std::vector<std::array<double, 9>> terms;  // of this rank's rows; each begins with the row number
   std::size_t kept = 0, found = 0;           // contacts of this rank and of all ranks, in all steps
 
   void add(const ContactTotals& totals) {
@@ -107,7 +107,7 @@ TEST_CASE("ranks that keep the contacts of their rows find the bits of one rank"
       std::vector<std::array<double, 9>> terms;
       std::size_t most = 0;
       for (const Results& each : found) {
-        CHECK((each.numbers == alone.numbers));  // parentheses: Catch does not print the vectors
+        CHECK((each.numbers == alone.numbers));  // parentheses keep Catch from printing the vectors
         terms.insert(terms.end(), each.terms.begin(), each.terms.end());
         most = std::max(most, each.kept);
       }

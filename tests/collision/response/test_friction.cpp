@@ -155,7 +155,7 @@ TEST_CASE("an anchor follows a vertex to a neighbouring face and ends with its c
   stage.update_anchors(first, made, x, x1, state);
   REQUIRE(state.anchors.size() == 1);
   CHECK((state.anchors[0].slip - Vec3(2e-5, 0, 0)).norm() < 1e-15);
-  x1.row(0) = Eigen::RowVector3d(0.010, 0.004, 0.5e-3);  // moves across the diagonal
+  x1.row(0) = Eigen::RowVector3d(0.010, 0.004, 0.5e-3);  // the vertex moves across the diagonal
   const auto second = stage.proximity(Team{1}, x1, {});
   REQUIRE(second.size() == 1);
   CHECK(second[0].b != first[0].b);

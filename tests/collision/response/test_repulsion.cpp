@@ -27,8 +27,8 @@ Vec3 angular(const Points& x, const Points& change) {
 struct GapsOfSlide {
   double distance, speed, smallest_gap, largest_gap;
 };
-// Moves the vertices of a sheet without elastic forces on a floor under tilted gravity by
-// symplectic Euler, with repelling impulses. Returns the distance along x [m] and the final speed
+// Moves the vertices of a sheet on a floor by symplectic Euler, with tilted gravity and repelling
+// impulses but without elastic forces. Returns the distance along x [m] and the final speed
 // [m/s] of one vertex, and the smallest and largest gap of all vertices in all steps [m].
 GapsOfSlide gaps_of_slide(double slope, double h, double duration) {
   TestScene scene = make_scene(

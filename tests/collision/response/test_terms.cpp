@@ -132,7 +132,7 @@ TEST_CASE("contacts of any depth have a stiffness that the solve can add to the 
   // bound, (M26) of docs/method.md gives more than 5e12 times this quotient.
   CHECK(stiffest < 1.0001e8);
   CHECK(stiffest > 1e7);
-  // The force is at most the bound of the stiffness times the thickness of 4e-3 m, so one solve
+  // The force is at most the bound on the stiffness times the thickness of 4e-3 m, so one solve
   // moves the surfaces apart by no more than their thickness.
   CHECK(strongest < 1e8 * 4e-3);
 }
@@ -224,7 +224,7 @@ TEST_CASE(
   CHECK(last < 1e-6);
   CHECK(last_force < 1e-4);
   // NewLimits computes the friction limits from the normal forces at the displaced positions.
-  // Derivative keeps the limits of the start.
+  // Derivative keeps the limits computed at the start.
   ExtraTerms limited = terms;
   made.at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
   CHECK((assembled(limited, n) - force).norm() > 1e-3 * force.norm());

@@ -51,7 +51,7 @@ TEST_CASE("triangles that cross, touch or contain each other meet; triangles 1e-
     return one;
   };
   const double hair = 1e-300;
-  CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.9, 0.9, 1}));  // pierces
+  CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.9, 0.9, 1}));  // an edge pierces
   CHECK(meets({0.2, 0.2, 0}, {0.2, 0.2, 1}, {0.9, 0.9, 1}));   // vertex on face
   CHECK_FALSE(meets({0.2, 0.2, hair}, {0.2, 0.2, 1}, {0.9, 0.9, 1}));
   CHECK(meets({0.5, -1, 0}, {0.5, 1, 0}, {0.5, 0, 1}));       // edge in the plane

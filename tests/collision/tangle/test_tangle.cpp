@@ -91,8 +91,8 @@ TEST_CASE("untangling moves vertices back the way they came") {
     for (const Piercing& p : tangle.piercings) {
       if (p.vertices[0] < n_flat) continue;
       ++of_bent;
-      // The bump leaves the flat sheet downwards. The tilted sheet leaves it upwards, because its
-      // smaller part hangs below.
+      // The bump leaves the flat sheet downwards. The tilted sheet leaves the flat sheet upwards,
+      // because the smaller part of the tilted sheet hangs below.
       const bool is_bump = n_flat == scene.model.surfaces[1].n_vertices;
       CHECK(p.way_out.z() == Approx(is_bump ? -1.0 : 1.0));
     }

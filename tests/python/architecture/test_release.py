@@ -20,7 +20,7 @@ VERSION = first(r"^project\(loomstone VERSION ([0-9.]+)", "CMakeLists.txt")
 
 
 def wrongly_named(names):
-    """Returns names that lack the form NAME.TYPE.md with a known TYPE and no dot in NAME."""
+    """Returns the names that lack the form NAME.TYPE.md with a known TYPE and no dot in NAME."""
     wanted = re.compile(rf"[^.]+\.({'|'.join(TYPES)})\.md")
     return sorted(name for name in names if not wanted.fullmatch(name))
 

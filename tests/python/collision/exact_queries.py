@@ -105,7 +105,7 @@ class Time:
         return changes(chain, self.low, self.bits) - changes(chain, self.high, self.bits)
 
     def upper_bound(self) -> Fraction:
-        """Returns an upper bound of the time, exact or at most 2^-60 too large."""
+        """Returns an upper bound on the time, exact or at most 2^-60 too large."""
         low, high, bits = self.low, self.high, self.bits
         if self.polynomial is not None:
             chain = chain_of(self.polynomial, derivative(self.polynomial))
@@ -123,7 +123,7 @@ class Time:
 def divided(p: Polynomial, numerator: int, bits: int) -> Polynomial:
     """Returns p without its factors (t - numerator / 2^bits), up to a positive factor."""
     while p and sign_at(p, numerator, bits) == 0:
-        # Long division by (2^bits t - numerator). Scaling p first keeps all numbers integer.
+        # Long division by (2^bits t - numerator). With p scaled first, all numbers are integers.
         quotient, rest = [], 0
         for c in reversed([c << (bits * (len(p) - 1)) for c in p]):
             rest = (c + numerator * rest) >> bits if quotient else c >> bits
@@ -168,7 +168,7 @@ class Hull:
     def holds_origin(self, time: Time) -> bool:
         """Returns whether the hull contains the origin at `time`.
 
-        At this time, origin and corners must be coplanar.
+        At this time, the origin and the corners must be coplanar.
         """
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
@@ -186,8 +186,9 @@ class Hull:
             if time.sign_of(self.dot[i, j]) < 0 and all(turn(i, j, k) == 0 for k in range(3)):
                 return True
         for i, j, m in combinations(range(self.n), 3):
-            # The three cross products are parallel, because origin and corners are coplanar. The
-            # signs of any nonzero coordinate thus show whether they point in the same direction.
+            # The three cross products are parallel, because the origin and the corners are
+            # coplanar. The signs of any nonzero coordinate thus show whether the products point in
+            # the same direction.
             for k in range(3):
                 signs = {turn(i, j, k), turn(j, m, k), turn(m, i, k)}
                 if signs in ({1}, {-1}):
@@ -207,7 +208,7 @@ def whole_numbers(query: np.ndarray) -> list[list[int]]:
 
 
 def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
-    """Returns an upper bound of the first contact time, at most 2^-60 too large. Returns None if
+    """Returns an upper bound on the first contact time, at most 2^-60 too large. Returns None if
     there is no contact.
     """
     points = whole_numbers(query)

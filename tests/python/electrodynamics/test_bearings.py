@@ -85,7 +85,8 @@ def test_a_fixed_stop_holds_a_driven_bar():
     met = np.arctan2(0.02, LEVER) - np.arcsin(0.01 / np.hypot(0.02, LEVER))
     assert angle(sim) == pytest.approx(met, abs=0.01)
     assert np.abs(sim.state.body_angular_velocities[0]).max() < 1e-9
-    # The kick before the impact counts the work up to the end of its step, at 7.5 rad/s.
+    # The kick before the impact counts the work up to the end of its step. The tolerance is the
+    # work of one step at 7.5 rad/s.
     done = -sim.report.circuits.bearing_work
     assert done == pytest.approx(1e-3 * angle(sim), abs=1e-3 * 7.5 * 1e-3)
 

@@ -134,8 +134,8 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
 
 
 def moving(step: float, steps: int) -> ls.Simulation:
-    """Returns a simulation of a driven coil, a shorted coil and a coil with given current, which
-    approach one another and rotate, after `steps` steps.
+    """Returns a simulation after `steps` steps. Three coils approach one another and rotate: one
+    with a given voltage, a shorted one, and one with a given current.
     """
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
     bodies = [

@@ -176,7 +176,7 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
     # Each step has 32 sub-steps, each of 0.008 / angular frequency of the swing. There are so many
     # because the bound on the frequency assumes the smallest moment of inertia of the needle.
     sim = simulation(compass(case, 60.0), case["period"] / 25)
-    # Difference of the magnetic energy between the turning point at 60 degrees and the middle [J].
+    # Difference in magnetic energy between the turning point at 60 degrees and the middle [J].
     swing = 0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
     energies = []
     for _ in range(25 * 400):
@@ -219,7 +219,7 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
         sim.step()
     z, v = sim.state.body_centres[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
-    # The tolerance covers a relative error of 1e-4 of the force, and the error of 200 steps, which
+    # The tolerance covers a relative error of 1e-4 in the force, and the error of 200 steps, which
     # is of second order.
     assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
     assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])

@@ -122,9 +122,9 @@ def test_uv_of_usd_that_do_not_match_are_one_sentence(tmp_path):
 def write_gltf(path, uv_counts=(12,)):
     """Writes two nodes, the second of which is mirrored, and returns the path.
 
-    There is a mesh for each number in `uv_counts`, which is the number of its uv (0: none). If
-    there is only one mesh, both nodes show it. A mesh has four triangles, each with vertices of its
-    own and uv whose integer part is the number of the triangle.
+    Each number in `uv_counts` is the number of uv of one mesh (0: none). If there is only one mesh,
+    both nodes show it. A mesh has four triangles, each with vertices of its own and uv whose
+    integer part is the number of the triangle.
     """
     g = pytest.importorskip("pygltflib")
     corners = np.concatenate([QUADS[:, [0, 1, 2]], QUADS[:, [0, 2, 3]]]).reshape(-1)

@@ -80,7 +80,7 @@ def test_a_shadow_gets_exact_with_small_pixels():
         abs(shadow_area(mesh.vertices, mesh.triangles, pixel=pixel) / exact - 1)
         for pixel in (2e-3, 2.5e-4)
     ]
-    # An error of 2e-4 of this area is 0.03 percentage points of the drape coefficient.
+    # An error of 2e-4 of the area is 0.03 percentage points of the drape coefficient.
     assert errors[1] < errors[0] and errors[1] < 2e-4
 
 

@@ -34,7 +34,7 @@ def rectangle(
 
 
 def skirt(gap: float = 2.0) -> dict:
-    """Front and back panel in cm, with y up and z to the front. Both panels face outward."""
+    """Front and back panels in cm, with y up and z to the front. Both panels face outward."""
     panels = {
         "front": rectangle((0, 100, gap / 2)),
         "back": rectangle((0, 100, -gap / 2), clockwise=True),

@@ -103,7 +103,7 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
 
 
 def test_lines_do_not_wind_along_the_borders_of_panels():
-    # Close to large panels, the computed field would lead lines along the borders of panels. Lines
+    # Close to large panels, the computed field would guide lines along the borders of panels. Lines
     # must end at the surface instead.
     magnet = m.cuboid(size=(0.01, 0.01, 0.005), polarization=(0, 0, 1.2))
     iron = m.soft_cuboid(size=(0.02, 0.02, 0.004), susceptibility=1000.0, cells=8)

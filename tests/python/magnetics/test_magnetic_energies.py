@@ -32,7 +32,7 @@ def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
 def test_the_field_strength_is_the_descent_of_the_potential(name):
     magnet = MAGNETS[name].moved((0.002, -0.001, 0.003)).rotated((0.3, -0.2, 0.5))
     random = np.random.default_rng(8)
-    # One special point is next to the centre of the magnet, and the other is 5 cm from it along z.
+    # One special point is next to the centre of the magnet, and the other is 5 cm above the centre.
     special = magnet.position + np.array([[1e-9, 0, 0], [0, 0, 0.05]])
     points = np.vstack(
         (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)

@@ -310,7 +310,7 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
     """At an edge of a cuboid, two faces with charge density j meet at a right angle. When the
-    distance from the edge shrinks by a factor e, B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
+    distance from the edge shrinks by a factor of e, B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
     """
     distances = 10.0 ** -np.arange(4.0, 12.0)
     corner = np.array([0.01, 0.005, 0.0])
@@ -324,7 +324,8 @@ def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
         @ away
     )
     slope = np.diff(field) / np.log(10)
-    # Positions of about 0.01 are rounded to 1e-18, which is 1e-5 of the smallest distance, 1e-13.
+    # Positions of about 0.01 m are rounded to 1e-18 m, which is 1e-5 of the smallest distance,
+    # 1e-13 m.
     assert slope == pytest.approx(np.full(7, 2 / (4 * np.pi) * np.sqrt(2)), rel=1e-4)
 
 

@@ -21,7 +21,7 @@ def away(found, wanted):
 
 
 def lift(soft, magnet, height):
-    """Returns force and torque on a magnet at (0, 0, height) [m] that magnetises `soft`."""
+    """Returns the force and torque on a magnet at (0, 0, height) [m] that magnetises `soft`."""
     there = magnet.at((0, 0, height), magnet.orientation)
     (induced,) = M.induce(soft, by=there, tolerance=1e-10).bodies
     return M.force(on=there, by=induced)
@@ -326,8 +326,8 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
         ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
-    # At this distance from a magnet, the force by the explicit response differs by 10 to 40 % from
-    # that by the mutual response.
+    # At this distance from a magnet, the force with the explicit response differs by 10 to 40 %
+    # from that with the mutual response.
     cube, magnet = (
         M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
         M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),

@@ -34,7 +34,7 @@ def test_forced_intersections_are_recorded_with_their_triangles_and_reported(
     assert [sum(row[0] == step for row in rows) for step in steps["step"]] == list(
         steps["contacts.forced"]
     )
-    # The cloth intersects plates, but never itself.
+    # The cloth intersects the plates, but never itself.
     assert all(first < 128 <= second for _, first, second in rows)
     run = ls.Run(tmp_path / "r")
     for frame in run:
@@ -114,7 +114,7 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
     assert "(including that of contacts) minus work rose by 6 %" in inspection.report_text(gained)
     calm = inspection.energy_lines({**report, "energy_balance_at_end": -1323.6})
     assert "-1,324 times at the end" in calm[-1]
-    # A script that presses still cloth does work, but gives it no kinetic energy.
+    # A script that presses cloth at rest does work, but gives the cloth no kinetic energy.
     still = {**gained, "account_at_end": {**account, "scripts": 1e4 * kinetic.max()}}
     assert "relative to the work of scripts" in inspection.energy_lines(still)[-1]
     assert "minus work rose" not in inspection.report_text(still)

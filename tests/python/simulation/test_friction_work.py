@@ -35,7 +35,7 @@ def test_a_turntable_works_on_a_disc_only_until_the_disc_turns_with_it(integrato
         sim.step()
     late = sim.report
     # Sliding dissipates as much energy as the disc gains, so the work of the table is twice this
-    # energy. Afterwards, contacts creep, and the table works a little on them.
+    # energy. Afterwards, contacts creep, and the table does a little work on them.
     gained = late.energy.kinetic
     assert gained == pytest.approx(early.energy.kinetic, rel=0.01)
     assert early.account.scripts == pytest.approx(2 * gained, rel=0.1)

@@ -339,7 +339,7 @@ def test_whole_numbers_of_frames_are_not_told_whatever_their_rounding():
     sim = ls.Simulation(scene(cloth(), collisions=False), threads=1)
     for frames in (0, 1, 3, 7):
         list(sim.frames(duration=frames / 30.0, rate=30.0))
-    # Durations of 9, 30, 240 and 3,000 frames of NTSC video, whose rates are rounded here.
+    # Durations of 9, 30, 240 and 3,000 frames of NTSC video, with rounded frame rates.
     for duration, rate in ((0.3003, 29.97), (1.001, 29.97), (10.01, 23.976), (100.1, 29.97)):
         warn_of_part_frame(duration, rate)
         assert frame_count(duration, rate) == round(duration * rate) + 1

@@ -23,7 +23,8 @@ def vertex_masses(mesh: ls.TriangleMesh, density: float) -> np.ndarray:
 )
 def test_a_stiff_sheet_keeps_its_angular_momentum(scheme, fabric, axis, step, lost):
     # With the stress at the start of the step in the geometric stiffness, a sheet would lose up to
-    # 0.75 of its angular momentum in steps of 10 ms, 0.27 in 4 ms and 0.007 in 1 ms.
+    # 0.75 of its angular momentum in steps of 10 ms, 0.27 in steps of 4 ms and 0.007 in steps of
+    # 1 ms.
     mesh, material = ls.grid(size=(0.3, 0.3), cells=(10, 10)), ls.fabrics[fabric]
     masses, spin = vertex_masses(mesh, material.density), 2.0 * np.array(axis)  # [kg], [1/s]
     velocities = np.cross(spin, mesh.vertices)

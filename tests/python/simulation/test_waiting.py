@@ -8,7 +8,8 @@ import pytest
 
 NAMES = ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "OPENBLAS_THREAD_TIMEOUT")
 
-# Prints the settings when Python searches for `_core`, those after the import, and WAITING.
+# Prints the settings at the moment when Python searches for `_core`, the settings after the import,
+# and WAITING.
 PROGRAM = f"""
 import os, sys
 {{before}}

@@ -210,7 +210,7 @@ def test_a_drag_in_a_browser_moves_cloth(tmp_path):
 
 
 def _compare_with_renderer(shown, camera, picture):
-    """Tests that browser and renderer draw the cloth and the ball at nearly the same pixels."""
+    """Tests that the browser and the renderer draw cloth and ball at nearly the same pixels."""
     options = ls.RenderOptions(width=400, height=300, camera=camera, shadows=False)
     drawn = ls._core.Renderer(shown._sim.topology, options).render(shown.frame).astype(float)
     masks = []
@@ -224,7 +224,7 @@ def _compare_with_renderer(shown, camera, picture):
 def _pixel_of_cloth(frame, camera, width, height):
     """Returns the pixel of a vertex of the hanging part of the cloth, near the plane x = 0.
 
-    Among such vertices, it is the closest to the eye along the viewing direction.
+    Of all such vertices, takes the closest to the eye along the viewing direction.
     """
     eye, target = np.array(camera.eye), np.array(camera.target)
     forward = (target - eye) / np.linalg.norm(target - eye)

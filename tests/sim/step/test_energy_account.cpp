@@ -208,7 +208,7 @@ TEST_CASE("strain limits account for the energy that their sweeps take") {
   scene.gravity.setZero();
   scene.collisions = false;
   scene.limits.strain_rate = 0.0;
-  // Takes one step. Returns the energy after it and the report.
+  // Takes one step. Returns the energy at its end, and its report.
   const auto step = [&] {
     Simulation sim(scene, step_of(1e-4, "symplectic-euler"), 1);
     sim.step();

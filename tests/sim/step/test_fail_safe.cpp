@@ -124,7 +124,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // only the ball and the floor may intersect
-    // The floor bears the load. The ball may overlap it by up to 0.2 mm.
+    // The floor bears the load. The ball may overlap the floor by up to 0.2 mm.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);
   }
@@ -134,7 +134,7 @@ TEST_CASE(
     "plates that leave the cloth room never make it intersect, at any gap and with or without "
     "rotation") {
   for (const bool turning : {false, true})
-    // The first gap exceeds the contact thickness, and the others are smaller than it.
+    // Only the first gap exceeds the contact thickness.
     for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {

@@ -206,7 +206,7 @@ TEST_CASE("cloth at rest takes steps of the largest length") {
   scene.gravity.setZero();
   Simulation sim(scene, SemiImplicitEuler(), 1);
   for (int i = 0; i < 10; ++i) sim.step();
-  CHECK(sim.time() == Approx(0.1));  // rounding errors are no gain of energy
+  CHECK(sim.time() == Approx(0.1));  // rounding errors do not count as a gain of energy
 }
 
 TEST_CASE("a soft sheet swings down in time in automatic steps") {

@@ -82,8 +82,8 @@ def cantilever(
     across : number of mesh cells over the width
     step : time step [s]
 
-    Raises InvalidInput for values out of range or a material that does not resist bending in every
-    direction, and SolverFailure if six strips do not suffice.
+    Raises InvalidInput for values out of range, and unless the material resists bending in every
+    direction. Raises SolverFailure if six strips do not suffice.
     """
     began = time.perf_counter()
     if across < 2:

@@ -38,7 +38,7 @@ class CusickResult:
 
     drape_coefficient : Cusick's drape coefficient [%]
     folds : number of folds, counted as maxima of the outline's radius
-    shadow : area of the shadow, which is the fabric as seen from above [m^2]
+    shadow : area of the fabric as seen from above [m^2]
     intersections : number of intersecting triangle pairs at the end, except pairs that belong to
         obstacles only
     rest : whether and how the fabric came to rest
