@@ -78,7 +78,10 @@ void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>
   if (mutual.empty()) return;
   const Induction induced =
       induce(team, mutual, by, model_.field, share_of_tolerance * model_.tolerance);
-  for (std::size_t k = 0; k < rows.size(); ++k) magnets[rows[k]] = induced.bodies[k];
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    magnets[rows[k]] = induced.bodies[k];
+    magnetised.saturation_energy += saturation_energy(mutual[k], induced.susceptibilities[k]);
+  }
 }
 
 void Magnets::magnetise_dipoles(const Team& team, const std::vector<MagneticBody>& coils,
@@ -129,7 +132,8 @@ CarrierWrenches Magnets::wrenches(const Team& team, const CarrierPlaces& places,
 // Sums the energies of hard magnets in the uniform field and in the fields of hard magnets of other
 // groups, and the energies of induced magnets in the field of hard magnets and the uniform field.
 // An induced magnet has half the energy of a hard magnet with the same moment, because the other
-// half is stored in its magnetisation.
+// half is stored in its magnetisation. Bodies with saturation store a different part, which
+// Magnetised::saturation_energy takes into account.
 double Magnets::energy(const Team& team, const Magnetised& magnetised) const {
   const std::vector<MagneticBody>& magnets = magnetised.magnets;
   const std::vector<MagneticBody> hard = this->hard(magnets);
@@ -147,7 +151,7 @@ double Magnets::energy(const Team& team, const Magnetised& magnetised) const {
       for (const MagneticBody& by : hard)
         total += 0.5 * magnetic_energy(by, magnets[i], model_.tolerance);
     }
-    return total;
+    return total + magnetised.saturation_energy;
   }
   for (std::size_t k = 0; k < induced_.size(); ++k) {
     Vec3 applied = model_.field;

@@ -81,7 +81,8 @@ struct StepInputs {
   EventCollisions* collisions = nullptr;
   // Rigid bodies. Used only by schemes with moves_bodies(). Null: none.
   const BodiesOfStep* bodies = nullptr;
-  // (2 b) per body: mass times identity [kg], then inertia in world axes [kg m^2]
+  // (2 b) two entries for each of b bodies: mass times identity [kg], inertia in world axes [kg
+  // m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 
   // Returns whether any rank has terms of contacts. The midpoint rules and BDF-2 then take the step

@@ -185,9 +185,10 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3 each),
   // then advances by `step` [s]. Restitution excludes these impulses, as it excludes gravity.
-  // `obstacles` gives the obstacles' positions at the end of the step; their velocities are constant
-  // over the step. If `touched` (b) is given, it is set to 1 for bodies whose motion was changed by
-  // contacts or gyroscopic torques (or, with gravity, by rounding), and to 0 for the others.
+  // `obstacles` gives the obstacles' positions at the end of the step; their velocities are
+  // constant over the step. If `touched` (b) is given, it is set to 1 for bodies whose motion was
+  // changed by contacts or gyroscopic torques (or, with gravity, by rounding), and to 0 for the
+  // others.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);

@@ -109,7 +109,7 @@ class ContactTerms {
 // Motion of n collision vertices.
 struct ContactMotion {
   const Points& x;   // (n x 3) end of the motion [m]
-  const Points& x0;  // (n x 3) start of the motion, unused if n_parts is 1 [m]
+  const Points& x0;  // (n x 3) start of the motion [m]; unused if n_parts is 1
   int n_parts = 1;   // number of equal parts of the motion
 };
 

@@ -140,6 +140,12 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   return true;
 }
 
+std::vector<double> susceptibilities(const std::vector<SoftBody>& bodies) {
+  std::vector<double> result;
+  for (const SoftBody& body : bodies) result.push_back(body.shape->susceptibility());
+  return result;
+}
+
 }  // namespace
 
 Induction induce(const Team& team, const std::vector<SoftBody>& given,
@@ -187,6 +193,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
       result.iterations += solved.iterations;
     }
     result.bodies = coupling.placed(charges, fine);
+    result.susceptibilities = susceptibilities(soft);
     if (!saturates) return result;
     bool changed = false;
     for (std::size_t i = 0; i < soft.size(); ++i) {
@@ -200,6 +207,13 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
       "saturating bodies must reach an equilibrium, got none after {} rounds; raise "
       "tolerance",
       most_rounds);
+}
+
+double saturation_energy(const SoftBody& body, double effective) {
+  if (body.saturation == 0.0 || !std::isfinite(effective)) return 0.0;
+  const double r = effective / body.shape->susceptibility();
+  const double shape = r > 0.0 ? 1.0 - r * r + 2.0 * r * std::log(r) : 1.0;  // 0: ideal iron
+  return -0.5 * body.saturation * body.saturation / mu0 * body.shape->volume() / effective * shape;
 }
 
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,

@@ -13,9 +13,10 @@
 namespace loomstone {
 
 struct Induction {
-  std::vector<MagneticBody> bodies;  // with induced charge; the axes of spheres may be rotated
-  double residual = 0.0;             // relative residual of the linear system [1]
-  int iterations = 0;                // total number of GMRES iterations
+  std::vector<MagneticBody> bodies;      // with induced charge; the axes of spheres may be rotated
+  double residual = 0.0;                 // relative residual of the linear system [1]
+  int iterations = 0;                    // total number of GMRES iterations
+  std::vector<double> susceptibilities;  // effective susceptibility of each body [1]
 };
 
 // Magnetises `soft` in the field of `hard` and the uniform field `field` [T] to a relative residual
@@ -26,6 +27,13 @@ struct Induction {
 // `tolerance` is not in [1e-14, 0.1] or `field` is not finite.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
+
+// Returns the energy [J] by which the magnetic energy of a body with saturation differs from that
+// of a linear body with its effective susceptibility c. Let U(c) be the energy of the linear body
+// in a constant applied field. Its derivative is -mu0 H^2 V / 2. The force of the field is that of
+// the energy U(c) + g(c) if g'(c) is the opposite of this derivative. With H = M_s (1/c - 1/chi),
+//   g(c) = -mu0 M_s^2 V / (2 c) (1 - r^2 + 2 r ln r),   r = c / chi.
+double saturation_energy(const SoftBody& body, double effective);
 
 // Throws InvalidInput if a soft body overlaps another soft body or a magnet. Two bodies overlap if
 // a sample of the soft body lies inside the other body, or if the centre or a dipole of the other

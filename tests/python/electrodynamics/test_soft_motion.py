@@ -198,3 +198,41 @@ def test_soft_bodies_that_start_inside_each_other_are_refused():
     inside = scene.bodies[0].replace(position=(0, 0, 0.004))
     with pytest.raises(ls.InvalidInput, match=r"magnets\[0\] must lie apart .* magnets\[1\]"):
         ls.Simulation(scene.replace(bodies=[inside, *scene.bodies[1:]], collisions=False))
+
+
+@pytest.mark.parametrize(
+    ("shape", "saturation", "bound"),
+    [
+        ("sphere", 0.3, 2e-3),
+        ("sphere", 0.05, 2e-3),
+        # The law of saturation holds for volume means. Over this rod, the mean square of the field
+        # differs from the square of its mean.
+        ("rod", 0.3, 0.1),
+    ],
+)
+def test_saturated_iron_exchanges_energy_with_its_motion(shape, saturation, bound):
+    law = {"susceptibility": 1000, "saturation": saturation}
+    if shape == "sphere":
+        mesh, source = ls.meshes.sphere(radius=0.005), M.soft_sphere(radius=0.005, **law)
+    else:
+        size = (0.004, 0.004, 0.016)
+        mesh, source = ls.meshes.box(size=size), M.soft_cuboid(size=size, cells=8, **law)
+    iron = ls.RigidBody(name="iron", mesh=mesh, density=7800, position=(0.004, 0.002, 0.035))
+    cube = (0.02, 0.02, 0.02)
+    scene = ls.Scene(
+        bodies=[iron],
+        obstacles=[ls.obstacles.box(name="magnet", size=cube)],
+        magnets=[
+            ls.Magnet(body="magnet", source=M.cuboid(size=cube, polarization=(0, 0, 1.3))),
+            ls.Magnet(body="iron", source=source),
+        ],
+        gravity=(0, 0, 0),
+    )
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=5e-4), threads=1)
+    energies, kinetic = [], 0.0
+    while sim.body_centres[0, 2] > 0.02:
+        sim.step()
+        energy = sim.report.energy
+        energies.append(energy.body_kinetic + energy.magnetic)
+        kinetic = max(kinetic, energy.body_kinetic)
+    assert np.ptp(energies) < bound * kinetic
