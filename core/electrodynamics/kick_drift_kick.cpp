@@ -68,23 +68,29 @@ void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
 }
 
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
-                              const ObstaclePlaces& end, const MovingBodies& bodies,
+                              const ContactInputs& inputs, const MovingBodies& bodies,
                               RigidWorld& world) {
   const RigidState& state = bodies.state;
   ContactAnswer answer{
       {state.positions, state.orientations, state.velocities, state.angular_velocities, {}}, {}};
-  Points impulses(model.n_bodies(), 3), angular_impulses(model.n_bodies(), 3);
+  const BodyImpulses &start = inputs.at_start, &end = inputs.at_end;
+  BodyImpulses all{Points(model.n_bodies(), 3), Points(model.n_bodies(), 3)}, half = all;
   for (Index b = 0; b < model.n_bodies(); ++b) {
     const MagneticRotor& body = model.bodies[b];
-    impulses.row(b) = h * (wrenches[b].force + body.mass.mass * model.gravity).transpose();
-    angular_impulses.row(b) = h * wrenches[b].torque.transpose();
-    guide(body, impulses.row(b), angular_impulses.row(b));
+    half.linear.row(b) = 0.5 * h * (wrenches[b].force + body.mass.mass * model.gravity).transpose();
+    half.angular.row(b) = 0.5 * h * wrenches[b].torque.transpose();
+    all.linear.row(b) = 2.0 * half.linear.row(b) + start.linear.row(b) + end.linear.row(b);
+    all.angular.row(b) = 2.0 * half.angular.row(b) + start.angular.row(b) + end.angular.row(b);
+    answer.state.velocities.row(b) -= start.linear.row(b) / body.mass.mass;
+    Eigen::RowVector3d momentum = bodies.momenta.row(b) - start.angular.row(b);
+    guide(body, half.linear.row(b), half.angular.row(b));
+    guide(body, all.linear.row(b), all.angular.row(b));
+    guide(body, answer.state.velocities.row(b), momentum);
     answer.state.angular_velocities.row(b) =
-        angular_velocity(body.rotor, state.orientations.row(b).transpose(),
-                         bodies.momenta.row(b).transpose())
+        angular_velocity(body.rotor, state.orientations.row(b).transpose(), momentum.transpose())
             .transpose();
   }
-  world.advance(h, impulses, angular_impulses, end, answer.state, &answer.touched);
+  world.advance(h, all, inputs.end, answer.state, &answer.touched, &half);
   return answer;
 }
 

@@ -36,16 +36,21 @@ struct ContactAnswer {
   std::vector<std::uint8_t> touched;  // (bodies) 1: the body did not move freely
 };
 
-// Applies the impulses at the end of a step to the bodies that move freely. The wrenches given to
-// answer_contacts() must have included the same impulses, so the velocities of bodies in contact
-// already contain them.
+// Applies the impulses at the end of a step to the bodies that move freely. answer_contacts() must
+// have received the same impulses, so the velocities of bodies in contact already contain them.
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
-// Advances copies of the bodies by RigidWorld, which applies `wrenches` and gravity for the whole
-// sub-step h [s] and resolves contacts. `end` contains the positions of the obstacles
-// at the end of the sub-step.
+// What answer_contacts() needs in addition to wrenches: the impulses at the start of this sub-step,
+// which the velocities and momenta already contain, those at its end, and the positions of the
+// obstacles at its end. The impulses are zero except in the first and last sub-step.
+struct ContactInputs {
+  const BodyImpulses &at_start, &at_end;
+  const ObstaclePlaces& end;
+};
+// Advances copies of the bodies by RigidWorld, which applies `wrenches`, gravity and the impulses
+// for the whole sub-step h [s] and resolves contacts.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
-                              const ObstaclePlaces& end, const MovingBodies& bodies,
+                              const ContactInputs& inputs, const MovingBodies& bodies,
                               RigidWorld& world);
 
 void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
@@ -69,6 +74,7 @@ class Substeps {
   // `most` is the limit of sub-step length times angular frequency [1].
   Substeps(double step, double most) : step_(step), most_(most), limit_(most) {}
   bool left() const { return place_ < parts_; }
+  bool first() const { return place_ == 0; }
   bool last() const { return place_ + 1 == parts_; }
   double elapsed() const { return step_ * place_ / parts_; }  // [s]
   // Elapsed fraction of the step, now and after one more sub-step.

@@ -34,12 +34,8 @@ double work_of_obstacles(double duration, const std::vector<Twist>& twists,
   return work;
 }
 
-// Adds impulses to the wrenches on the bodies, as forces and torques that are constant for h [s].
-void add_impulses(const BodyImpulses& impulses, double h, CarrierWrenches& wrenches) {
-  for (Index b = 0; b < impulses.linear.rows(); ++b) {
-    wrenches[b].force += impulses.linear.row(b).transpose() / h;
-    wrenches[b].torque += impulses.angular.row(b).transpose() / h;
-  }
+BodyImpulses no_impulses(Index n_bodies) {
+  return {Points::Zero(n_bodies, 3), Points::Zero(n_bodies, 3)};
 }
 
 // Copies poses and velocities, but not RigidState::manifolds.
@@ -170,6 +166,7 @@ struct MagneticMotion::Course {
   MagneticState& magnetic;
   std::vector<Twist> twists;
   MovingBodies bodies;
+  BodyImpulses none;  // zero
 
   ObstaclePlaces obstacles_at(double share) const {
     return between(step.obstacles, step.moved_obstacles, share);
@@ -196,9 +193,10 @@ MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& pa
   const CarrierWrenches between_first = wrenches_between_magnets(motion.last_->actions);
   const CarrierWrenches first = kick(start + 0.25 * h, 0.5 * h, *motion.last_);
   result.obstacle_work = work_of_obstacles(0.5 * h, twists, motion.last_->actions);
-  CarrierWrenches on_touching = first;
-  if (parts.last()) add_impulses(step.at_end, h, on_touching);
-  const ContactAnswer answer = answer_contacts(model, h, on_touching, there, bodies, world);
+  const ContactAnswer answer = answer_contacts(
+      model, h, first,
+      {parts.first() ? step.at_start : none, parts.last() ? step.at_end : none, there}, bodies,
+      world);
   result.obstacle_work += world.obstacle_work();
   const RigidState before = bodies.state;
   const double kinetic = kinetic_energy(model, bodies);
@@ -229,7 +227,8 @@ MagneticEffort MagneticMotion::advance(const Team& team, const MagneticStep& ste
                 world,
                 magnetic,
                 obstacle_twists(step.obstacles.poses, step.moved_obstacles.poses, step.length),
-                begin_motion(model_, step.at_start, state)};
+                begin_motion(model_, step.at_start, state),
+                no_impulses(model_.n_bodies())};
   MagneticEffort effort;
   course.arrive(step.obstacles, step.start);
   for (Substeps parts(step.length, model_.substep); parts.left(); ++effort.substeps) {

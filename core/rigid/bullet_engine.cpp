@@ -50,36 +50,41 @@ void BulletWorld::updateAabbs() {
   }
 }
 
-// Returns the kick [m/s] of the point of the object at `place`. Obstacles have none.
-btVector3 BulletWorld::kick_at(const btCollisionObject& object, const btVector3& place) const {
-  const auto body = static_cast<std::size_t>(object.getUserIndex());
-  if (body >= kicks_.size()) return btVector3(0, 0, 0);
-  return kicks_[body].linear +
-         kicks_[body].angular.cross(place - object.getWorldTransform().getOrigin());
+// Sets the restitution of a contact point. Bullet multiplies this coefficient by the approach
+// speed, which includes the kicks, and gets the speed of the rebound.
+void BulletWorld::set_restitution(const btPersistentManifold& manifold, double restitution,
+                                  const btContactSolverInfo& info, btManifoldPoint& point) const {
+  const auto& a = static_cast<const btRigidBody&>(*manifold.getBody0());
+  const auto& b = static_cast<const btRigidBody&>(*manifold.getBody1());
+  const btVector3 arm_a = point.m_positionWorldOnA - a.getWorldTransform().getOrigin(),
+                  arm_b = point.m_positionWorldOnB - b.getWorldTransform().getOrigin();
+  const btVector3& normal = point.m_normalWorldOnB;
+  const auto of = [](const std::vector<Kick>& kicks, const btRigidBody& body,
+                     const btVector3& arm) {
+    const auto i = static_cast<std::size_t>(body.getUserIndex());  // beyond the end for obstacles
+    return i < kicks.size() ? kicks[i].linear + kicks[i].angular.cross(arm) : btVector3(0, 0, 0);
+  };
+  const auto approach = [&](const std::vector<Kick>& kicks) {
+    return -normal.dot(of(kicks, a, arm_a) - of(kicks, b, arm_b));
+  };
+  const btScalar speed =
+      -normal.dot(a.getVelocityInLocalPoint(arm_a) - b.getVelocityInLocalPoint(arm_b));
+  const btScalar half = approach(kicks_.half), before = speed - approach(kicks_.whole) - half;
+  const bool meets = speed > 0.0 && point.getDistance() <= speed * info.m_timeStep;
+  const bool bounces = meets && before > info.m_restitutionVelocityThreshold;
+  const btScalar after = std::max(restitution * before - half, 0.0);
+  point.m_combinedRestitution = bounces ? after / speed : 0.0;
+  if (bounces && point.getDistance() > 0.0) point.setDistance(0.0);
 }
 
-// Bullet multiplies the restitution coefficient of a contact point by its approach speed, which
-// includes the kicks. This function first scales the coefficient, so that the product is that of
-// the approach speed without kicks.
 void BulletWorld::solveConstraints(btContactSolverInfo& info) {
   for (int m = 0; m < getDispatcher()->getNumManifolds(); ++m) {
     btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(m);
-    const auto& a = static_cast<const btRigidBody&>(*manifold.getBody0());
-    const auto& b = static_cast<const btRigidBody&>(*manifold.getBody1());
-    const btScalar restitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
+    const btScalar restitution =
+        btManifoldResult::calculateCombinedRestitution(manifold.getBody0(), manifold.getBody1());
     if (restitution == 0.0) continue;
-    for (int k = 0; k < manifold.getNumContacts(); ++k) {
-      btManifoldPoint& point = manifold.getContactPoint(k);
-      const btVector3 &on_a = point.m_positionWorldOnA, &on_b = point.m_positionWorldOnB;
-      const btVector3 velocity =
-          a.getVelocityInLocalPoint(on_a - a.getWorldTransform().getOrigin()) -
-          b.getVelocityInLocalPoint(on_b - b.getWorldTransform().getOrigin());
-      const btVector3 kick = kick_at(a, on_a) - kick_at(b, on_b);
-      const btScalar speed = -point.m_normalWorldOnB.dot(velocity);
-      const btScalar before = -point.m_normalWorldOnB.dot(velocity - kick);
-      const bool bounces = speed > 0.0 && before > info.m_restitutionVelocityThreshold;
-      point.m_combinedRestitution = bounces ? restitution * (before / speed) : 0.0;
-    }
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+      set_restitution(manifold, restitution, info, manifold.getContactPoint(k));
   }
   btDiscreteDynamicsWorld::solveConstraints(info);
 }

@@ -25,18 +25,26 @@ namespace loomstone {
 // amplifies rounding errors to a rotation of 1e-8 rad per step.
 //
 // Restitution excludes the kicks of the step, as it excludes gravity: forces that press two bodies
-// together do not make them bounce.
+// together do not make them bounce. A body bounces in the step in which it reaches the other body,
+// also if there is still a gap at the start of the step. Without this rule, Bullet would brake the
+// body to the speed that closes the gap in this step, and nothing would be left to bounce.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
-  // Change of a body's velocities by the impulses at the start of a step.
+  // Changes of a body's velocities by forces [m/s], [rad/s].
   struct Kick {
-    btVector3 linear, angular;  // [m/s], [rad/s]
+    btVector3 linear, angular;
+  };
+  // Kicks of the dynamic bodies. If `half` is not empty, the velocities at the start and end of the
+  // step are those of kick-drift-kick. The step before then ended with a half kick, which does not
+  // count as approach speed, and this step ends with one, which the speed of the rebound includes.
+  struct Kicks {
+    std::vector<Kick> whole;  // by all impulses of the step; the velocities already contain them
+    std::vector<Kick> half;   // half kicks by the forces of kick-drift-kick; may be empty
   };
 
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
-  // Sets the kicks of the dynamic bodies, which their velocities must already contain.
-  void set_kicks(std::vector<Kick> kicks) { kicks_ = std::move(kicks); }
+  void set_kicks(Kicks kicks) { kicks_ = std::move(kicks); }
   void updateAabbs() override;
 
  protected:
@@ -44,10 +52,11 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   void solveConstraints(btContactSolverInfo& info) override;
 
  private:
-  btVector3 kick_at(const btCollisionObject& object, const btVector3& place) const;
+  void set_restitution(const btPersistentManifold& manifold, double restitution,
+                       const btContactSolverInfo& info, btManifoldPoint& point) const;
 
   std::vector<btScalar> margins_;  // contact distance of each object of the world [m]
-  std::vector<Kick> kicks_;
+  Kicks kicks_;
 };
 
 // Bullet's world and the objects that it refers to. Members are destroyed in reverse order, so the

@@ -183,15 +183,17 @@ class RigidWorld {
   // contact points, and obstacles are at their start poses. Later results do not depend on any step
   // before this call, except through `state`.
   void restore(const RigidState& state);
-  // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3 each),
-  // then advances by `step` [s]. Restitution excludes these impulses, as it excludes gravity.
-  // `obstacles` gives the obstacles' positions at the end of the step; their velocities are
-  // constant over the step. If `touched` (b) is given, it is set to 1 for bodies whose motion was
-  // changed by contacts or gyroscopic torques (or, with gravity, by rounding), and to 0 for the
-  // others.
-  void advance(double step, const Points& impulses, const Points& angular_impulses,
-               const ObstaclePlaces& obstacles, RigidState& state,
-               std::vector<std::uint8_t>* touched = nullptr);
+  // Applies the impulses, then advances by `step` [s]. `obstacles` gives the obstacles' positions
+  // at the end of the step; their velocities are constant over the step. If `touched` (b) is given,
+  // it is set to 1 for bodies whose motion was changed by contacts or gyroscopic torques (or, with
+  // gravity, by rounding), and to 0 for the others.
+  // Restitution excludes the impulses, as it excludes gravity. If the velocities in `state` are
+  // those of kick-drift-kick, `half` gives the impulses of a half kick. The approach speed then
+  // excludes the half kick that ended the last step, and the rebound includes the one that ends
+  // this step.
+  void advance(double step, const BodyImpulses& impulses, const ObstaclePlaces& obstacles,
+               RigidState& state, std::vector<std::uint8_t>* touched = nullptr,
+               const BodyImpulses* half = nullptr);
   // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point whose gap is at most Bullet's

@@ -27,6 +27,15 @@ namespace {
 // between such a body and obstacles.
 constexpr double held_share = 1e-9;
 
+// Returns the changes of velocities that the impulses on body i cause.
+BulletWorld::Kick kick_of(const btRigidBody& body, const BodyImpulses& impulses, std::size_t i) {
+  const auto row = static_cast<Index>(i);
+  const btVector3 linear = to_bullet(Vec3(impulses.linear.row(row).transpose())),
+                  angular = to_bullet(Vec3(impulses.angular.row(row).transpose()));
+  return {linear * body.getLinearFactor() * body.getInvMass(),
+          body.getInvInertiaTensorWorld() * angular * body.getAngularFactor()};
+}
+
 }  // namespace
 
 struct RigidWorld::Data {
@@ -262,23 +271,23 @@ void RigidWorld::restore(const RigidState& state) {
   data.know(state);
 }
 
-void RigidWorld::advance(double step, const Points& impulses, const Points& angular_impulses,
-                         const ObstaclePlaces& obstacles, RigidState& state,
-                         std::vector<std::uint8_t>* touched) {
+void RigidWorld::advance(double step, const BodyImpulses& impulses, const ObstaclePlaces& obstacles,
+                         RigidState& state, std::vector<std::uint8_t>* touched,
+                         const BodyImpulses* half) {
   Data& data = *data_;
   BulletEngine& engine = *data.engine;
   const std::size_t n = data.bodies.size();
-  check_impulses(impulses, angular_impulses, state, static_cast<Index>(n));
+  check_impulses(impulses.linear, impulses.angular, state, static_cast<Index>(n));
   const ObstaclePlaces& now = data.places;
   check_places(obstacles, now);
   data.follow(state);
-  std::vector<BulletWorld::Kick> kicks;
+  BulletWorld::Kicks kicks;
   for (std::size_t i = 0; i < n; ++i) {
     btRigidBody& body = *engine.bodies[i];
-    const btVector3 velocity = body.getLinearVelocity(), spin = body.getAngularVelocity();
-    body.applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));
-    body.applyTorqueImpulse(to_bullet(Vec3(angular_impulses.row(i).transpose())));
-    kicks.push_back({body.getLinearVelocity() - velocity, body.getAngularVelocity() - spin});
+    kicks.whole.push_back(kick_of(body, impulses, i));
+    if (half) kicks.half.push_back(kick_of(body, *half, i));
+    body.setLinearVelocity(body.getLinearVelocity() + kicks.whole[i].linear);
+    body.setAngularVelocity(body.getAngularVelocity() + kicks.whole[i].angular);
   }
   engine.world.set_kicks(std::move(kicks));
   std::size_t obstacle = n;

@@ -185,7 +185,7 @@ TEST_CASE("a moving floor carries a brick and a rising one lifts it without a ga
     ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
     if (deforms)
       places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
-    world.advance(h, none, none, places, state);
+    world.advance(h, {none, none}, places, state);
   }
   CHECK(state.positions(0, 0) == Approx(0.5).margin(2e-3));
   CHECK(state.positions(0, 2) == Approx(0.15).margin(1e-4));
@@ -204,7 +204,7 @@ TEST_CASE("a rotating floor carries a brick round") {
   for (int i = 1; i <= 1000; ++i) {
     const double t = i * 1e-3;
     world.advance(
-        1e-3, none, none,
+        1e-3, {none, none},
         ObstaclePlaces({{Vec3::Zero(), quaternion_from_rotation_vector(Vec3(0, 0, omega * t))}}),
         state);
   }
@@ -227,7 +227,7 @@ TEST_CASE("a rising surface throws a ball up at the speed of the point of contac
     const double t = std::min(i * h, end);
     Points x = flat.mesh->vertices();
     x.col(2) = (x.col(0).array() + 0.5) * c * t * t;
-    world.advance(h, none, none, ObstaclePlaces({RigidPose{}}, x), state);
+    world.advance(h, {none, none}, ObstaclePlaces({RigidPose{}}, x), state);
     if (i * h <= end) carried = state.velocities(0, 2);
   }
   // At the end of its motion, the surface at x = 0 rises at c t = 1 m/s. The tolerance allows for a

@@ -140,7 +140,7 @@ TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactl
         double before = energy(), most = 0.0;
         const double fastest = std::sqrt(2.0 * before / mass.mass);
         for (int i = 0; i < 3000; ++i) {
-          world.advance(1e-3, none, none, places, state);
+          world.advance(1e-3, {none, none}, places, state);
           most = std::max(most, energy() - before), before = energy();
         }
         // The bound is the work against gravity over the largest possible displacement in a step.
@@ -171,7 +171,7 @@ Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int step
   Rest rest{0.0, 0.0, 0.0, Vec3::Zero(), 0.0};
   double before = 1e300;
   for (int i = 0; i < steps; ++i) {
-    world.advance(1e-3, none, none, places, state);
+    world.advance(1e-3, {none, none}, places, state);
     const Vec3 at = state.positions.row(0).transpose(),
                spin = state.angular_velocities.row(0).transpose();
     const Vec3 own = rotation_matrix(state.orientations.row(0).transpose()).transpose() * spin;
@@ -308,7 +308,7 @@ TEST_CASE(
     const Vec3 start = state.positions.row(0).transpose();
     const Points none = Points::Zero(1, 3);
     for (int i = 0; i < 400; ++i)
-      world.advance(1e-3, none, none, ObstaclePlaces({RigidPose{}}, flat.vertices), state);
+      world.advance(1e-3, {none, none}, ObstaclePlaces({RigidPose{}}, flat.vertices), state);
     way[k] = (state.positions.row(0).transpose() - start).norm();
     CHECK(std::abs(state.positions(0, 2) - 0.01) < 1e-6);
   }

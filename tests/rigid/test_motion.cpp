@@ -103,7 +103,7 @@ TEST_CASE("impulses change velocities by mass and inertia before the step") {
   // The rotation is so slow that its gyroscopic change within the step is below the tolerance.
   angular << 1e-4, 2e-4, -3e-4;
   const double h = 1e-3;
-  world.advance(h, impulse, angular, {}, state);
+  world.advance(h, {impulse, angular}, {}, state);
   const Vec3 velocity = impulse.row(0).transpose() / mass.mass;
   const Vec3 omega = mass.inertia.inverse() * angular.row(0).transpose();
   CHECK((state.velocities.row(0).transpose() - velocity).norm() < 1e-14);

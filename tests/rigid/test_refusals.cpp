@@ -96,9 +96,9 @@ TEST_CASE("a wrong number of impulses or poses is refused") {
   RigidWorld world({cube()}, {floor_of(1.0, 2)}, Vec3::Zero());
   RigidState state = world.initial_state();
   const Points one = Points::Zero(1, 3), two = Points::Zero(2, 3);
-  CHECK_THROWS_WITH(world.advance(1e-3, two, one, {{}}, state),
+  CHECK_THROWS_WITH(world.advance(1e-3, {two, one}, {{}}, state),
                     Contains("one row for each of the 1 bodies"));
-  CHECK_THROWS_WITH(world.advance(1e-3, one, one, {}, state),
+  CHECK_THROWS_WITH(world.advance(1e-3, {one, one}, {}, state),
                     Contains("one pose for each of the 1 obstacles"));
 }
 
@@ -107,8 +107,8 @@ TEST_CASE("a body driven to infinity is a solver failure that names it") {
   RigidState state = world.initial_state();
   Points impulses = Points::Zero(2, 3);
   impulses(1, 0) = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_AS(world.advance(1e-3, impulses, Points::Zero(2, 3), {}, state), SolverFailure);
+  CHECK_THROWS_AS(world.advance(1e-3, {impulses, Points::Zero(2, 3)}, {}, state), SolverFailure);
   world.restore(state = world.initial_state());
-  CHECK_THROWS_WITH(world.advance(1e-3, impulses, Points::Zero(2, 3), {}, state),
+  CHECK_THROWS_WITH(world.advance(1e-3, {impulses, Points::Zero(2, 3)}, {}, state),
                     Contains("bodies[1] must stay finite"));
 }

@@ -49,7 +49,7 @@ struct Pile {
     const double t = (i + 1) * step;
     const RigidPose pose{Vec3(0.02 * std::sin(8.0 * t), 0, 0),
                          quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
-    world.advance(step, none, none, ObstaclePlaces({pose}), state);
+    world.advance(step, {none, none}, ObstaclePlaces({pose}), state);
   }
   // Takes the steps from `first` to `last` - 1, and rebuilds the world every 40 steps. `state` must
   // contain the manifolds unless it is the initial state, and contains them at the end.
@@ -141,7 +141,7 @@ TEST_CASE("a restored world knows where its obstacles were") {
     ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
     if (deforms)
       places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
-    world.advance(step, none, none, places, state);
+    world.advance(step, {none, none}, places, state);
     if (i % 20 == 0) {
       world.save(state);
       world.restore(state);

@@ -43,7 +43,7 @@ inline void run(RigidWorld& world, RigidState& state, double step, int n_steps,
                 std::size_t n_obstacles) {
   const Points none = Points::Zero(state.positions.rows(), 3);
   const std::vector<RigidPose> poses(n_obstacles);
-  for (int i = 0; i < n_steps; ++i) world.advance(step, none, none, poses, state);
+  for (int i = 0; i < n_steps; ++i) world.advance(step, {none, none}, poses, state);
 }
 
 }  // namespace loomstone

@@ -125,8 +125,8 @@ double move_solved_bodies(const StepContext& part, const Loads& loads, const Sol
   RigidState& rigid = state.rigid;
   const BodyImpulses impulses = solved_impulses(loads, body_velocities(rigid), solved, model);
   std::vector<std::uint8_t> touched;
-  engines.world->advance(part.h, impulses.linear, impulses.angular,
-                         obstacle_places(model, state, part.t1, part.share), rigid, &touched);
+  engines.world->advance(part.h, impulses, obstacle_places(model, state, part.t1, part.share),
+                         rigid, &touched);
   for (Index b = 0; b < model.n_bodies(); ++b) {
     if (touched[b]) continue;
     rigid.positions.row(b) = solved.poses[b].position.transpose();
@@ -159,8 +159,8 @@ MovedBodies move_bodies(const StepContext& part, const Loads& loads, const Solve
     moved.obstacle_work = move_solved_bodies(part, loads, solved, state, engines);
   } else {
     const BodyImpulses impulses = given_impulses(loads, solved, model);
-    engines.world->advance(part.h, impulses.linear, impulses.angular,
-                           obstacle_places(model, state, part.t1, part.share), state.rigid);
+    engines.world->advance(part.h, impulses, obstacle_places(model, state, part.t1, part.share),
+                           state.rigid);
     moved.obstacle_work = engines.world->obstacle_work();
   }
   if (!solved.poses.empty()) moved.carried_gain = follow_bodies(model, engines, state);
