@@ -70,9 +70,11 @@ struct StepInputs {
   const Points* target = nullptr;
   // True, on all ranks, if implicit schemes must take the step by backward Euler. This is so if a
   // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
-  // BDF-2 would throw the cloth back, or if the scheme has gained energy (see has_gained() in
+  // BDF-2 would throw the cloth back, or if the scheme has gained energy (see relative_gain() in
   // core/sim/step/energy_account.h).
   bool damped = false;
+  // Factor on the tolerance of the iterative solver in linearised schemes [1].
+  double tolerance_factor = 1.0;
   // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
   // then does without its history, because forces that act on cloth by BDF-2 and on bodies by
   // symplectic Euler would not conserve momentum.
@@ -81,8 +83,7 @@ struct StepInputs {
   EventCollisions* collisions = nullptr;
   // Rigid bodies. Used only by schemes with moves_bodies(). Null: none.
   const BodiesOfStep* bodies = nullptr;
-  // (2 b) two entries for each of b bodies: mass times identity [kg], inertia in world axes [kg
-  // m^2]
+  // (2 b) two entries per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 
   // Returns whether any rank has terms of contacts. The midpoint rules and BDF-2 then take the step

@@ -242,7 +242,8 @@ class LinearisedIntegrator final : public Integrator {
   // solve was far too large or too small for its normal forces, another solve corrects it.
   Solution solve_with_contacts(const Step& step) {
     const bool asks = step.asks_forces();
-    const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;
+    const double tolerance = step.inputs.tolerance_factor * tolerance_;
+    const double rough = asks ? std::max(rough_tolerance, tolerance) : tolerance;
     add_terms(step, step.inputs);
     LinearReport solved = solve(step, step.inputs, rough, Unchanged::Nothing);
     int iterations = solved.iterations;
@@ -260,8 +261,8 @@ class LinearisedIntegrator final : public Integrator {
         again.terms = &terms_;
         add_terms(step, again);
       }
-      if (wrong || solved.residual > tolerance_) {
-        solved = solve(step, again, 0.0, wrong ? Unchanged::Matrix : Unchanged::System);
+      if (wrong || solved.residual > tolerance) {
+        solved = solve(step, again, tolerance, wrong ? Unchanged::Matrix : Unchanged::System);
         iterations += solved.iterations;
       }
       if (!wrong) break;

@@ -15,7 +15,7 @@ namespace {
 // the start of the part, whichever is larger. The accuracy multiplies this tolerance. Our choice:
 // in 27 falls of towels on a floor, the gain is then at most 0.023 (docs/experiments/energy.md).
 // Schemes without damping take steps by backward Euler while they have gained more than this
-// fraction, times the accuracy, of the largest of the energies listed at has_gained().
+// fraction, times the accuracy, of the largest of the energies listed at relative_gain().
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, as a fraction of the scale of
 // gain_tolerance. The gain excludes the work of scripts and loads, the energy that contacts lose
@@ -178,13 +178,13 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
   return after.untangles ? 0.0 : std::max(0.0, -lost) + std::max(0.0, solved.moved.carried_gain);
 }
 
-bool has_gained(const StepContext& part, const Engines& engines, const State& state) {
-  if (!engines.accuracy) return false;
+double relative_gain(const StepContext& part, const Engines& engines, const State& state) {
+  if (!engines.accuracy) return 0.0;
   const EnergyAccount& account = state.account;
   const double scale = std::max({account.largest_kinetic, std::abs(account.scripts),
                                  std::abs(account.loads), rounding_energy(part.h, engines.model)});
-  return gain_at_start(part, engines, state) - account.start_of_contacts >
-         gain_tolerance * *engines.accuracy * scale;
+  return (gain_at_start(part, engines, state) - account.start_of_contacts) /
+         (gain_tolerance * *engines.accuracy * scale);
 }
 
 void report_account(const Model& model, const State& state, StepReport& report) {
@@ -216,7 +216,7 @@ PartResult check_energy(const StepContext& part, const Loads& loads, const NearC
     return repeat && part.length > least ? created(part.length / 2) : PartResult{};
   }
   if (!engines.error || !engines.contacts_in_solve || !part.halvable) return {};
-  const bool squeezed = !part.automatic && surfaces_move(loads);
+  const bool squeezed = !part.automatic && near.any_terms && surfaces_move(loads);
   const int least = squeezed ? StepPart::quarter : StepPart::least;
   if (part.length <= least) return {};
   const EnergyAccount& account = state.account;

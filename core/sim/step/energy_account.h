@@ -26,13 +26,13 @@ struct AfterSolve {
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
-// Returns whether, by the start of a part, everything but contacts has gained more energy than is
-// tolerated. The gain excludes the work of scripts, the work of loads, and the energy that contacts
-// had when the account began. The tolerated gain is a fraction, scaled by
+// Returns the energy that everything but contacts has gained by the start of a part, as a fraction
+// of the tolerated gain [1]. The gain excludes the work of scripts, the work of loads, and the
+// energy that contacts had when the account began. The tolerated gain is a fraction, scaled by
 // ImplicitOptions::accuracy, of the largest of these energies: the largest kinetic energy so far,
-// the work of scripts, the work of loads, and a bound on the energy of rounding errors. Returns
-// false without an accuracy.
-bool has_gained(const StepContext& part, const Engines& engines, const State& state);
+// the work of scripts, the work of loads, and a bound on the energy of rounding errors. Returns 0
+// without an accuracy.
+double relative_gain(const StepContext& part, const Engines& engines, const State& state);
 
 // Sets the account and the balances in `report`, which must already have the energies of `state`.
 void report_account(const Model& model, const State& state, StepReport& report);
@@ -61,16 +61,17 @@ void report_account(const Model& model, const State& state, StepReport& report);
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
 // vanished. This check is omitted if limit phases may store the work, or if the step is not
-// automatic and scripted surfaces move. Work of scripts vanishes where cloth slides over an edge:
-// the plane of a contact stays the same within a part, so contacts hold back the cloth.
+// automatic and scripted surfaces move while cloth has contacts. Work of scripts vanishes where
+// cloth slides over an edge: the plane of a contact stays the same within a part, so contacts hold
+// back the cloth.
 //
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
 // unless the part has the shortest permitted length.
 //
-// If the step is not automatic and scripted surfaces move, no part is shortened to less than a
-// quarter of the step. In shorter parts, impacts between cloth and scripted surfaces that approach
-// the cloth quickly remain unresolved.
+// If the step is not automatic and scripted surfaces move while cloth has contacts, no part is
+// shortened to less than a quarter of the step. In shorter parts, impacts between cloth and
+// scripted surfaces that approach the cloth quickly remain unresolved.
 PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 
