@@ -68,7 +68,7 @@ void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
 }
 
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
-                              const ContactInputs& inputs, const MovingBodies& bodies,
+                              const SubstepConditions& inputs, const MovingBodies& bodies,
                               RigidWorld& world) {
   const RigidState& state = bodies.state;
   ContactAnswer answer{

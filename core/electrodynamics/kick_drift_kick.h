@@ -43,14 +43,14 @@ void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
 // What answer_contacts() needs in addition to wrenches: the impulses at the start of this sub-step,
 // which the velocities and momenta already contain, those at its end, and the positions of the
 // obstacles at its end. The impulses are zero except in the first and last sub-step.
-struct ContactInputs {
+struct SubstepConditions {
   const BodyImpulses &at_start, &at_end;
   const ObstaclePlaces& end;
 };
 // Advances copies of the bodies by RigidWorld, which applies `wrenches`, gravity and the impulses
 // for the whole sub-step h [s] and resolves contacts.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
-                              const ContactInputs& inputs, const MovingBodies& bodies,
+                              const SubstepConditions& inputs, const MovingBodies& bodies,
                               RigidWorld& world);
 
 void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
