@@ -216,19 +216,20 @@ PartResult check_energy(const StepContext& part, const Loads& loads, const NearC
     return repeat && part.length > least ? created(part.length / 2) : PartResult{};
   }
   if (!engines.error || !engines.contacts_in_solve || !part.halvable) return {};
-  const bool squeezed = !part.automatic && near.any_terms && surfaces_move(loads);
-  const int least = squeezed ? StepPart::quarter : StepPart::least;
-  if (part.length <= least) return {};
+  const bool pinned = pins_move(engines.model.cloth, loads);
+  const bool moves = !part.automatic && surfaces_move(loads), meets = near.any_terms || pinned;
+  if (part.length <= (moves && meets ? StepPart::quarter : StepPart::least)) return {};
   const EnergyAccount& account = state.account;
   const double scale = std::max(account.largest_kinetic, near.energy);
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
-  const bool pinned = pins_move(engines.model.cloth, loads);
   // Limit phases store energy that the account omits. at_limits() refers to the start of the part
   // until energy_at_end() is called.
   const bool damps = engines.integrator->damps(), stores = engines.at_limits();
   const bool may_gain = (pinned || !damps) && !stores;
   const double energy = energy_at_end(state, part.t1, engines);
-  const bool moved = pinned && may_gain;
+  const bool squeezed = moves && (meets || energy > 0.0), moved = pinned && may_gain;
+  const int least = squeezed ? StepPart::quarter : StepPart::least;
+  if (part.length <= least) return {};
   if (!may_gain && !damps && std::max(energy, near.energy) <= tolerated) return {};
   // The gain at the start is measured first, because energies at the start positions are still
   // cached.

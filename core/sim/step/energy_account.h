@@ -60,17 +60,16 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // is at rest.
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
-// vanished. This check is omitted if limit phases may store the work, or if the step is not
-// automatic and scripted surfaces move while cloth has contacts. Work of scripts vanishes where
-// cloth slides over an edge: the plane of a contact stays the same within a part, so contacts hold
-// back the cloth.
+// vanished. This check is omitted if limit phases may store the work, and in the steps of the last
+// paragraph. Work of scripts vanishes where cloth slides over an edge: the plane of a contact stays
+// the same within a part, so contacts hold back the cloth.
 //
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
 // unless the part has the shortest permitted length.
 //
-// If the step is not automatic and scripted surfaces move while cloth has contacts, no part is
-// shortened to less than a quarter of the step. In shorter parts, impacts between cloth and
+// If the step is not automatic, and pins move, or obstacles move while cloth has contacts, no part
+// is shortened to less than a quarter of the step. In shorter parts, impacts between cloth and
 // scripted surfaces that approach the cloth quickly remain unresolved.
 PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);

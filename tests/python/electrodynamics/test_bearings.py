@@ -102,7 +102,8 @@ def test_a_driven_bar_bounces_off_a_stop_with_its_restitution(step):
         sim.step()
         spins.append(sim.state.body_angular_velocities[0, 2])
         gain = max(gain, sim.report.account.balance)
-    assert -min(spins) == pytest.approx(0.6 * max(spins), rel=1e-9)
+    # The bar turns freely for part of the step in which it bounces.
+    assert -min(spins) == pytest.approx(0.6 * max(spins), abs=1e-3 / INERTIA * step)
     assert gain < 1e-9
     assert abs(spins[-1]) < 1e-9, "the torque holds the bar at the stop"
 
@@ -157,7 +158,9 @@ def test_initial_rotation_about_an_inclined_bearing_is_accepted():
     axis = np.array([0.0, 0.6, 0.8])
     orientation = (np.cos(0.5 * np.arctan2(0.6, 0.8)), -np.sin(0.5 * np.arctan2(0.6, 0.8)), 0, 0)
     turned = bar(orientation=orientation, angular_velocity=5 * axis)
-    scene = ls.Scene(bodies=[turned], gravity=(0, 0, 0), bearings=[ls.Bearing("bar", 3 * axis)])
+    scene = ls.Scene(
+        bodies=[turned], gravity=(0, 0, 0), bearings=[ls.Bearing(body="bar", axis=3 * axis)]
+    )
     sim = ls.Simulation(scene, threads=1)
     run(sim, 0.01)
     assert sim.state.body_angular_velocities[0] == pytest.approx(5 * axis, rel=1e-9)
