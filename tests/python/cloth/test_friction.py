@@ -150,20 +150,21 @@ def test_a_floor_that_accelerates_carries_a_sheet_along(step, share):
 
 
 @pytest.mark.parametrize(
-    ("material", "step"),
+    ("material", "step", "error"),
     [
-        (ls.fabrics["silk"], None),
-        (ls.fabrics["silk"], 5e-3),
-        (ls.fabrics["silk"], 1e-2),
+        (ls.fabrics["silk"], None, 0.1),
+        (ls.fabrics["silk"], 5e-3, 0.1),
+        (ls.fabrics["silk"], 1e-2, 0.1),
         (
             ls.ClothMaterial(
                 weft_stiffness=1e3, warp_stiffness=1e3, shear_stiffness=300, density=0.03
             ),
             None,
+            0.3,
         ),
     ],
 )
-def test_a_sheet_that_lands_does_not_stop_at_once(material, step):
+def test_a_sheet_that_lands_does_not_stop_at_once(material, step, error):
     # Light sheets flutter when they land. If contacts that pull had friction, single steps would
     # stop such a sheet, although Coulomb's law permits a hundredth of this impulse.
     mesh = ls.grid(size=(0.15, 0.15), triangles=1800).moved((0, 0, 0.05))
@@ -176,4 +177,4 @@ def test_a_sheet_that_lands_does_not_stop_at_once(material, step):
         sim.step()
     along, _, up = sim.velocities.mean(0)
     expected = 0.4 * (1 + 9.81 * sim.time + up)  # from the impulse of the floor
-    assert 3 - along == pytest.approx(expected, rel=0.2)
+    assert 3 - along == pytest.approx(expected, rel=error)
