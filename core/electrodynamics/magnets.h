@@ -16,8 +16,8 @@ struct Magnetised {
   // (dipoles x 3) Moments of the induced dipoles [A m^2]. If no magnet is an induced dipole, these
   // are the unchanged `moments` that at() received.
   Points moments;
-  double saturation_energy =
-      0.0;  // sum over the bodies with saturation [J]; see saturation_energy()
+  // Sum of saturation_energy() over the bodies with saturation [J].
+  double saturation_energy = 0.0;
 };
 
 // Computes magnetisation, wrenches and energy. Contains only constant tables of the model. `model`

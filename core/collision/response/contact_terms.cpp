@@ -288,8 +288,8 @@ ContactError ContactTerms::forces_after(const Team& team, const Points& displace
           at_end = force_at_gap(law, law.distance + apart).force;
           normal.stiffness = (normal.force - at_end) / apart;
         }
-        // A contact that pulls has no friction: its force at the gap after the motion is often far
-        // larger than the one in the next solve.
+        // A contact that still pulls in a repeated solve has no friction: its force at the gap
+        // after the motion is often far larger than the one in the next solve.
         const double limit = solved < 0.0 && keep_normal ? 0.0 : law.friction * at_end;
         const Mat3 tangent = tangent_projector(n);
         Vec3 slipped = moved - along * n;
