@@ -33,6 +33,14 @@ Elasticity::LimitPhaseScope limit_phase(const StepContext& part, const NearConta
                                          std::min(1.0, engines.recovery_rate * part.h));
 }
 
+// Returns the relative_gain(), or 0 if respond_to() does not use it.
+double gain_before(const StepContext& part, const NearContacts& near, const Engines& engines,
+                   const State& state) {
+  const Integrator& scheme = *engines.integrator;
+  const bool used = scheme.implicit() && !(scheme.damps() && near.any_terms);
+  return used ? relative_gain(part, engines, state) : 0.0;
+}
+
 // Sets what depends on the relative_gain().
 void respond_to(double gain, const Engines& engines, bool in_contact, StepInputs& inputs) {
   inputs.damped = engines.integrator->implicit() && !engines.integrator->damps() &&
@@ -72,7 +80,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   const Model& model = engines.model;
   SolvedBodies solved{loads.body_velocity, {}};
   if (model.cloth.n_vertices == 0) return solved;
-  const double gain = engines.integrator->implicit() ? relative_gain(part, engines, state) : 0.0;
+  const double gain = gain_before(part, near, engines, state);
   const auto phase = limit_phase(part, near, state, engines);
   const TermsAt at = [&](const Points& displacement, double time, TermRequest request,
                          ExtraTerms& terms) {
