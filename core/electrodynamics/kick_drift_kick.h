@@ -40,8 +40,8 @@ struct ContactAnswer {
 // have received the same impulses, so the velocities of bodies in contact already contain them.
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
-// What answer_contacts() needs in addition to wrenches: the impulses at the start of this sub-step,
-// which the velocities and momenta already contain, those at its end, and the positions of the
+// Further inputs of answer_contacts(): the impulses at the start of this sub-step, which the
+// velocities and momenta already contain, the impulses at its end, and the positions of the
 // obstacles at its end. The impulses are zero except in the first and last sub-step.
 struct SubstepConditions {
   const BodyImpulses &at_start, &at_end;
