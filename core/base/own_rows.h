@@ -21,6 +21,7 @@ class OwnRows {
   auto row(Index i) { return rows_.row(i - begin_); }
   auto row(Index i) const { return rows_.row(i - begin_); }
   double* data() { return rows_.data(); }  // pointer to row begin()
+  const double* data() const { return rows_.data(); }
   // Returns a whole table of n rows, with zeros outside [begin(), end()).
   Points whole(Index n) const {
     Points table = Points::Zero(n, 3);
@@ -32,6 +33,24 @@ class OwnRows {
  private:
   Index begin_ = 0;
   Points rows_;
+};
+
+// Reference to the rows that a function reads, either in an OwnRows or in a whole table.
+class RowsIn {
+ public:
+  RowsIn(const Points& table)
+      : data_(table.data()), begin_(0), end_(static_cast<Index>(table.rows())) {}
+  RowsIn(const OwnRows& table) : data_(table.data()), begin_(table.begin()), end_(table.end()) {}
+  Index begin() const { return begin_; }
+  Index end() const { return end_; }
+  double operator()(Index row, Index axis) const { return data_[3 * (row - begin_) + axis]; }
+  Eigen::Map<const Eigen::RowVector3d> row(Index i) const {
+    return Eigen::Map<const Eigen::RowVector3d>(data_ + 3 * (i - begin_));
+  }
+
+ private:
+  const double* data_;
+  Index begin_, end_;
 };
 
 // Reference to the rows that a function writes, either in an OwnRows or in a whole table.

@@ -203,7 +203,7 @@ void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) 
       [&](Index v) {
         x1_.row(v) = motion.x0.row(v) + faster_approach * motion.step * motion.v0.row(v);
         const double* const at = motion.x0.data() + 3 * static_cast<std::size_t>(v);
-        const double thickness = thickness_[model_.surface_of_vertex[v]];
+        const double thickness = thickness_[model_.surface_of_vertex(v)];
         motion_[v] = packed(slabs_of(at, x1_.data() + 3 * static_cast<std::size_t>(v),
                                      0.5 * (thickness + added_reach(motion))));
       },

@@ -14,49 +14,43 @@ namespace loomstone {
 
 namespace {
 
-void check_surface(const CollisionRecord& record, std::size_t s) {
-  const CollisionSurface& surface = record.surfaces[s];
-  const Index n_vertices = static_cast<Index>(record.x0.rows()),
-              n_triangles = static_cast<Index>(record.triangles.rows());
-  const auto within = [](Index first, Index n, Index all) {
-    return first >= 0 && n >= 0 && first <= all - n;
-  };
-  if (!within(surface.first_vertex, surface.n_vertices, n_vertices) ||
-      !within(surface.first_triangle, surface.n_triangles, n_triangles))
+// Throws InvalidInput unless the surfaces contain all vertices and triangles, in their order.
+void check_surfaces(const CollisionRecord& record) {
+  Index vertex = 0, triangle = 0;
+  for (std::size_t s = 0; s < record.surfaces.size(); ++s) {
+    const CollisionSurface& surface = record.surfaces[s];
+    if (surface.first_vertex != vertex || surface.first_triangle != triangle ||
+        surface.n_vertices < 0 || surface.n_triangles < 0)
+      fail<InvalidInput>(
+          "surface {} must begin with vertex {} and triangle {}, after the preceding surfaces, got "
+          "{} vertices from vertex {} and {} triangles from triangle {}",
+          s, vertex, triangle, surface.n_vertices, surface.first_vertex, surface.n_triangles,
+          surface.first_triangle);
+    vertex += surface.n_vertices, triangle += surface.n_triangles;
+  }
+  if (vertex != record.x0.rows() || triangle != record.triangles.rows())
     fail<InvalidInput>(
-        "surface {} must lie within the {} vertices and {} triangles of the record, got {} "
-        "vertices from vertex {} and {} triangles from triangle {}",
-        s, n_vertices, n_triangles, surface.n_vertices, surface.first_vertex, surface.n_triangles,
-        surface.first_triangle);
+        "the surfaces must contain all {} vertices and {} triangles of the record, got {} and {}",
+        record.x0.rows(), record.triangles.rows(), vertex, triangle);
 }
 
 CollisionModel model_of(const CollisionRecord& record) {
   check_motion(record.x0, record.x1, record.gap_floor, "gap_floor");
   check_triangles(record.triangles, static_cast<Index>(record.x0.rows()));
+  check_surfaces(record);
   CollisionModel model;
   model.n_vertices = static_cast<Index>(record.x0.rows());
   model.triangles = record.triangles;
   model.edges = edge_table(model.n_vertices, record.triangles).edges;
   model.surfaces = record.surfaces;
   model.gap_floor = record.gap_floor;
-  model.surface_of_vertex.assign(model.n_vertices, 0);
-  model.surface_of_triangle.assign(record.triangles.rows(), 0);
   model.rows.row.assign(model.n_vertices, -1);
   model.rows.is_body.assign(model.n_vertices, 0);
-  for (std::size_t s = 0; s < record.surfaces.size(); ++s) {
-    check_surface(record, s);
-    const CollisionSurface& surface = record.surfaces[s];
-    std::fill_n(model.surface_of_vertex.begin() + surface.first_vertex, surface.n_vertices,
-                static_cast<Index>(s));
-    std::fill_n(model.surface_of_triangle.begin() + surface.first_triangle, surface.n_triangles,
-                static_cast<Index>(s));
+  for (const CollisionSurface& surface : record.surfaces)
     if (surface.kind == CollisionSurface::Kind::Cloth)
       std::iota(model.rows.row.begin() + surface.first_vertex,
                 model.rows.row.begin() + surface.first_vertex + surface.n_vertices,
                 surface.first_vertex);
-  }
-  for (Index e = 0; e < model.edges.rows(); ++e)
-    model.surface_of_edge.push_back(model.surface_of_vertex[model.edges(e, 0)]);
   return model;
 }
 

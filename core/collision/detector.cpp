@@ -27,9 +27,6 @@ CollisionModel one_surface(const Triangles& triangles) {
   surface.n_vertices = model.n_vertices;
   surface.n_triangles = static_cast<Index>(triangles.rows());
   model.surfaces.push_back(surface);
-  model.surface_of_vertex.assign(model.n_vertices, 0);
-  model.surface_of_triangle.assign(triangles.rows(), 0);
-  model.surface_of_edge.assign(model.edges.rows(), 0);
   return model;
 }
 

@@ -58,7 +58,7 @@ void EventContacts::begin_queue() {
 }
 
 Index EventContacts::body_of(Index vertex) const {
-  return model_.surfaces[model_.surface_of_vertex[vertex]].body;
+  return model_.surfaces[model_.surface_of_vertex(vertex)].body;
 }
 
 Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) const {

@@ -106,7 +106,7 @@ void place_fixed(const StepInputs& inputs, Points& x) {
 }
 
 namespace {
-void add_force(const ExtraTerm& term, const Vec3& force, const RowLayout& layout, Points& rhs) {
+void add_force(const ExtraTerm& term, const Vec3& force, const RowLayout& layout, RowsOut rhs) {
   for (int e = 0; e < term.n_entries; ++e) {
     const TermEntry& entry = term.entries[e];
     if (layout.owns(entry.row)) rhs.row(entry.row) += entry.apply_transposed(force).transpose();
@@ -115,7 +115,7 @@ void add_force(const ExtraTerm& term, const Vec3& force, const RowLayout& layout
 }  // namespace
 
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
-                     const Points& displacement, Points& rhs) {
+                     const Points& displacement, RowsOut rhs) {
   for (const ExtraTerm& term : terms)
     add_force(term,
               -c.sigma *
@@ -124,7 +124,7 @@ void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const Sch
 }
 
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
-                        Points& rhs) {
+                        RowsOut rhs) {
   for (const ExtraTerm& term : terms) add_force(term, -sigma * term.gradient, layout, rhs);
 }
 

@@ -33,11 +33,11 @@ void place_fixed(const StepInputs& inputs, Points& x);
 // relative displacement s of a term are defined in extra_terms.h. s is evaluated at the time c.time
 // after the start of the step, for the given displacement of the rows.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
-                     const Points& displacement, Points& rhs);
+                     const Points& displacement, RowsOut rhs);
 
 // Adds -sigma J^T g to the owned rows of `rhs`. The gradients g (see extra_terms.h) must already
 // include the effect of the motion of the rows.
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
-                        Points& rhs);
+                        RowsOut rhs);
 
 }  // namespace loomstone

@@ -133,14 +133,15 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   void resize_tables(const Step& step) {
-    for (Points* const table : {&step.change, &displacement_, &rhs_with_terms_})
+    for (Points* const table : {&step.change, &displacement_})
       keep_zero_outside(*table, step.layout.n_rows());
-    rhs_.resize(step.layout.begin(), step.layout.end());
+    for (OwnRows* const table : {&rhs_, &rhs_with_terms_})
+      table->resize(step.layout.begin(), step.layout.end());
   }
 
   // The forces on cloth at the start of the step [N], in rows of this rank. They need no table of
   // their own, because rhs_with_terms_ is set after their last use.
-  Points& force() { return rhs_with_terms_; }
+  OwnRows& force() { return rhs_with_terms_; }
 
   // Sets u0 of a row: the displacement at which forces are evaluated if dv is zero.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
@@ -342,8 +343,8 @@ class LinearisedIntegrator final : public Integrator {
   ExtraTerms terms_;           // terms of the last solve, if the step was solved again
   ExtraTerms next_terms_;      // terms for another solve
   bool solved_again_ = false;  // true: the last step was solved again with terms_
-  OwnRows rhs_;
-  Points rhs_with_terms_, displacement_, drift_, next_x_, next_v_;
+  OwnRows rhs_, rhs_with_terms_;
+  Points displacement_, drift_, next_x_, next_v_;
   Points moved_, middle_;  // see past_motion()
 };
 

@@ -17,7 +17,7 @@ struct StepSystem {
   const StepInputs& inputs;
   Elasticity& elasticity;
   double c_k;
-  const Points& rhs;
+  RowsIn rhs;
   double tolerance = 0.0;            // tolerance of the iterative solver; 0: as in its options
   const Vector* masses = nullptr;    // see LinearSystem
   Vec3 least_change = Vec3::Zero();  // see LinearSystem

@@ -51,7 +51,7 @@ class DirectSolver final : public LinearSolver {
   DirectSolver(const DirectSolver&) = delete;
   DirectSolver& operator=(const DirectSolver&) = delete;
 
-  LinearReport solve(const Team&, const LinearSystem& system, const Points& b, Points& x,
+  LinearReport solve(const Team&, const LinearSystem& system, const RowsIn& b, Points& x,
                      SolveMemory&, Unchanged) override {
     if (!system.layout->single())
       fail<Unsupported>("the linear solver \"{}\" runs on one rank, got {} ranks; use \"pcg\"",
@@ -169,7 +169,7 @@ class DirectSolver final : public LinearSolver {
 
   // Computes right_ = b - A x_f, where x_f is x on fixed rows and zero on free rows. Fixed rows of
   // right_ are zero.
-  void move_prescribed_to_right(const LinearSystem& system, const Points& b, const Points& x) {
+  void move_prescribed_to_right(const LinearSystem& system, const RowsIn& b, const Points& x) {
     const Index rows = whole_.n_rows();
     padded_.setZero(4 * rows);
     product_.setZero(4 * rows);

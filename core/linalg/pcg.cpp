@@ -150,7 +150,7 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
 // Sets x, residual and b_norm in solve.memory. The argument `x` is a guess. Its free rows are used
 // if the norm of the residual is smaller with them than with zeros in all free rows. Residuals are
 // reported relative to b_norm. Returns the norm of the residual of solve.memory.x.
-double start(PcgSolve& solve, const Points& b, const Points& x) {
+double start(PcgSolve& solve, const RowsIn& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);
   m.has_iteration = false;
@@ -181,7 +181,7 @@ class Pcg final : public LinearSolver {
  public:
   Pcg(const LinearOptions& options, Preconditioner::Kind kind) : options_(options), kind_(kind) {}
 
-  LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x,
+  LinearReport solve(const Team& team, const LinearSystem& system, const RowsIn& b, Points& x,
                      SolveMemory& memory, Unchanged unchanged) override {
     if (kind_ == Preconditioner::Kind::GaussSeidel && !system.layout->single())
       fail<Unsupported>(
@@ -211,7 +211,7 @@ class Pcg final : public LinearSolver {
   // Runs rounds of iterations until the true residual is within the tolerance, or stops without
   // convergence at max_iterations or at the rounding error of double precision. Each round ends
   // with the computation of the true residual, unless a loose tolerance ends the solve first.
-  LinearReport iterate_to_tolerance(PcgSolve& solve, const Points& b, double norm,
+  LinearReport iterate_to_tolerance(PcgSolve& solve, const RowsIn& b, double norm,
                                     Start how) const {
     PcgMemory& m = solve.memory;
     LinearReport report;

@@ -16,7 +16,7 @@ double square_of_residual(const PcgMemory& m, Index begin, Index end) {
 
 }  // namespace
 
-double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero) {
+double true_residual(PcgSolve& solve, const RowsIn& b, bool x_is_zero) {
   PcgMemory& m = solve.memory;
   if (!x_is_zero) solve.refresh(m.x.data());
   return std::sqrt(solve.loops.sum_over_blocks([&](Index begin, Index end) {
@@ -47,7 +47,7 @@ double least_norm(PcgSolve& solve) {
   }));
 }
 
-double known_residual(PcgSolve& solve, const Points& b) {
+double known_residual(PcgSolve& solve, const RowsIn& b) {
   PcgMemory& m = solve.memory;
   solve.refresh(m.x.data());
   return std::sqrt(solve.loops.sum_over_blocks([&](Index begin, Index end) {
@@ -67,7 +67,7 @@ double known_residual(PcgSolve& solve, const Points& b) {
   }));
 }
 
-void keep_iteration(PcgSolve& solve, const Points& b) {
+void keep_iteration(PcgSolve& solve, const RowsIn& b) {
   PcgMemory& m = solve.memory;
   solve.refresh(m.x.data());
   m.matrix_times_x.resize(m.residual.size());

@@ -11,7 +11,7 @@ OwnedBlocks owned_blocks(const RowLayout& layout) {
   return {layout.begin() / rows_per_block, (layout.end() + rows_per_block - 1) / rows_per_block};
 }
 
-void check_system(const LinearSystem& system, const Points& b, const Points& x) {
+void check_system(const LinearSystem& system, const RowsIn& b, const Points& x) {
   const Index rows = system.layout->n_rows();
   const Index bodies = system.body_blocks ? static_cast<Index>(system.body_blocks->size()) : 0;
   const auto require = [&](const char* what, Eigen::Index got) {
@@ -21,7 +21,10 @@ void check_system(const LinearSystem& system, const Points& b, const Points& x) 
           rows, got);
   };
   require("matrix and body_blocks together", n_cloth_rows(system) + bodies);
-  require("b", b.rows());
+  if (b.begin() > system.layout->begin() || b.end() < system.layout->end())
+    fail<InvalidInput>(
+        "linear system: b must have one row for each of the {} rows of this rank, got {}",
+        system.layout->end() - system.layout->begin(), b.end() - b.begin());
   require("x", x.rows());
   if (system.fixed) require("fixed", static_cast<Eigen::Index>(system.fixed->size()));
 }
@@ -50,7 +53,7 @@ void multiply_system(const LinearSystem& system, const TermRows& terms, Index be
       Eigen::Map<Vec3>(y + 4 * static_cast<std::size_t>(row - begin)) += terms.force(row);
 }
 
-void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x) {
+void throw_not_finite(const LinearSystem& system, const RowsIn& b, const Points& x) {
   const RowLayout& layout = *system.layout;
   Index bad = layout.n_rows();
   for (Index row = layout.begin(); row < layout.end() && bad == layout.n_rows(); ++row)

@@ -23,7 +23,7 @@ inline bool is_fixed(const LinearSystem& system, Index row) {
 }
 
 // Throws InvalidInput if the sizes of system, b and x disagree.
-void check_system(const LinearSystem& system, const Points& b, const Points& x);
+void check_system(const LinearSystem& system, const RowsIn& b, const Points& x);
 
 // Returns the diagonal block of a cloth row or body row, including terms.
 Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row);
@@ -36,7 +36,7 @@ void multiply_system(const LinearSystem& system, const TermRows& terms, Index be
 
 // Throws SolverFailure on all ranks. The message names the first row of b or x that is not finite,
 // if there is one. Collective.
-[[noreturn]] void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x);
+[[noreturn]] void throw_not_finite(const LinearSystem& system, const RowsIn& b, const Points& x);
 
 // Throws SolverFailure on all ranks if a rank has found a row whose diagonal block is not positive
 // definite. `bad_row` is -1 on ranks that have found none. Collective.

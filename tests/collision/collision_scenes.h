@@ -54,22 +54,17 @@ inline TestScene make_scene(const std::vector<Part>& parts) {
       scene.x.row(vertex + i) = part.mesh.vertices().row(i);
       model.rows.row.push_back(cloth ? vertex + i : body ? n_cloth + 2 * n_bodies : -1);
       model.rows.is_body.push_back(body);
-      model.surface_of_vertex.push_back(static_cast<Index>(model.surfaces.size()));
       if (cloth) scene.inverse_mass[vertex + i] = 1e3;
     }
-    for (Index t = 0; t < surface.n_triangles; ++t) {
+    for (Index t = 0; t < surface.n_triangles; ++t)
       for (int k = 0; k < 3; ++k)
         model.triangles(triangle + t, k) = part.mesh.triangles()(t, k) + vertex;
-      model.surface_of_triangle.push_back(static_cast<Index>(model.surfaces.size()));
-    }
     if (body) ++n_bodies;
     vertex += surface.n_vertices;
     triangle += surface.n_triangles;
     model.surfaces.push_back(surface);
   }
   model.edges = edge_table(n, model.triangles).edges;
-  for (Index e = 0; e < model.edges.rows(); ++e)
-    model.surface_of_edge.push_back(model.surface_of_vertex[model.edges(e, 0)]);
   return scene;
 }
 

@@ -30,13 +30,13 @@ void all_pairs(const CollisionModel& model, Visit&& visit) {
   for (Index a = 0; a < model.n_vertices; ++a)
     for (Index b = 0; b < model.triangles.rows(); ++b) {
       const auto v = pair_vertices(model, ContactKind::VertexFace, pair_key(a, b));
-      if (allowed(model.surface_of_vertex[a], model.surface_of_triangle[b]) && distinct(v, 1))
+      if (allowed(model.surface_of_vertex(a), model.surface_of_triangle(b)) && distinct(v, 1))
         visit(ContactKind::VertexFace, a, b, v);
     }
   for (Index a = 0; a < model.edges.rows(); ++a)
     for (Index b = a + 1; b < model.edges.rows(); ++b) {
       const auto v = pair_vertices(model, ContactKind::EdgeEdge, pair_key(a, b));
-      if (allowed(model.surface_of_edge[a], model.surface_of_edge[b]) && distinct(v, 2))
+      if (allowed(model.surface_of_edge(a), model.surface_of_edge(b)) && distinct(v, 2))
         visit(ContactKind::EdgeEdge, a, b, v);
     }
 }
@@ -78,7 +78,7 @@ TEST_CASE("contacts agree with a test of all pairs in every step, for any number
     all_pairs(model, [&](ContactKind kind, Index a, Index b, const std::array<Index, 4>& v) {
       const ClosestPair c = kind == ContactKind::VertexFace ? closest_vertex_face(gather(x, v))
                                                             : closest_edge_edge(gather(x, v));
-      const Index s = model.surface_of_vertex[v[0]], t = model.surface_of_vertex[v[3]];
+      const Index s = model.surface_of_vertex(v[0]), t = model.surface_of_vertex(v[3]);
       const double thickness = 0.5 * (model.surfaces[s].thickness + model.surfaces[t].thickness);
       if (c.distance < thickness && (kind == ContactKind::VertexFace || c.interior))
         expected.insert({int(kind), a, b});

@@ -67,7 +67,7 @@ class Kept : public PairSink {
 
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        TaskShare share)
-    : model_(model), pairs_(pairs), share_(share) {
+    : model_(model), pairs_(pairs), vertex_boxes_(model.n_vertices), share_(share) {
   for (std::size_t s = 0; s < model.surfaces.size(); ++s)
     trees_.emplace_back(model, static_cast<Index>(s));
 }
@@ -85,25 +85,19 @@ bool BroadPhase::compares_all(const std::vector<Index>& which) const {
 // features that it compares.
 void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep, bool features) {
   const CollisionSurface& surface = model_.surfaces[s];
-  std::vector<PackedSlabs>& boxes = vertex_boxes();
+  vertex_boxes_.add(surface.first_vertex, surface.n_vertices);
   parallel_for(
       team, surface.n_vertices,
       [&](Index i) {
         const std::size_t v = surface.first_vertex + i;
-        boxes[v] =
+        vertex_boxes_[static_cast<Index>(v)] =
             packed(slabs_of(sweep.x0.data() + 3 * v, sweep.x1.data() + 3 * v, sweep.inflation));
       },
       2048);
   if (features)
-    trees_[s].refit(team, sweep.x0, boxes, sweep.inflation, sweep.may_rebuild);
+    trees_[s].refit(team, sweep.x0, vertex_boxes_, sweep.inflation, sweep.may_rebuild);
   else
-    trees_[s].refit_nodes(team, sweep.x0, boxes, sweep.inflation, sweep.may_rebuild);
-}
-
-std::vector<PackedSlabs>& BroadPhase::vertex_boxes() {
-  ++n_uses_;
-  vertex_slabs_.resize(model_.n_vertices);
-  return vertex_slabs_;
+    trees_[s].refit_nodes(team, sweep.x0, vertex_boxes_, sweep.inflation, sweep.may_rebuild);
 }
 
 bool BroadPhase::attached(ContactKind kind, PairKey key) const {
@@ -111,7 +105,7 @@ bool BroadPhase::attached(ContactKind kind, PairKey key) const {
   const std::array<Index, 4> v = pair_vertices(model_, kind, key);
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
   for (int i = 0; i < 4; ++i)
-    if (model_.attached_surface[v[i]] == model_.surface_of_vertex[i < n_a ? v[3] : v[0]])
+    if (model_.attached_surface[v[i]] == model_.surface_of_vertex(i < n_a ? v[3] : v[0]))
       return true;
   return false;
 }
@@ -197,7 +191,7 @@ std::vector<std::vector<PairKey>> BroadPhase::clusters_of(const Team& team,
       marked[pairs_[tasks[i].pair].b][second_of(clusters)] = 1;
     }
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    trees_[s].refit_features_of(team, marked[s], vertex_slabs_);
+    trees_[s].refit_features_of(team, marked[s], vertex_boxes_);
   return found;
 }
 
@@ -241,7 +235,7 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
 }
 
 std::size_t BroadPhase::bytes() const {
-  std::size_t sum = vertex_slabs_.capacity() * sizeof(PackedSlabs);
+  std::size_t sum = bytes_of(vertex_boxes_);
   for (const ClusterTree& tree : trees_) sum += tree.bytes();
   return sum;
 }
@@ -257,6 +251,7 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})
       inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
+  vertex_boxes_.begin();
   for (std::size_t s = 0; s < trees_.size(); ++s)
     if (inflation[s] >= 0.0)
       refit(team, static_cast<Index>(s), {x, x, inflation[s]}, compares_all(which));
@@ -276,6 +271,7 @@ void BroadPhase::swept_pairs(const Team& team, const Sweep& sweep, const std::ve
                              PairSink& sink) {
   std::vector<std::uint8_t> needed(trees_.size(), 0);
   for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
+  vertex_boxes_.begin();
   for (std::size_t s = 0; s < trees_.size(); ++s)
     if (needed[s]) refit(team, static_cast<Index>(s), sweep, compares_all(which));
   search(team, which, sink);

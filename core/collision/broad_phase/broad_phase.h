@@ -72,11 +72,8 @@ class BroadPhase {
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Returns the memory for the boxes of all vertices. All callers share this memory, and n_uses()
-  // counts their calls. If the count has changed since a call, a later caller may have overwritten
-  // the boxes.
-  std::vector<PackedSlabs>& vertex_boxes();
-  std::int64_t n_uses() const { return n_uses_; }
+  // Memory for vertex boxes, which all callers share. Searches by this class also use it.
+  VertexBoxes& vertex_boxes() { return vertex_boxes_; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
   bool attached(ContactKind kind, PairKey key) const;
 
@@ -95,8 +92,7 @@ class BroadPhase {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   std::vector<ClusterTree> trees_;  // one for each surface
-  std::vector<PackedSlabs> vertex_slabs_;
-  std::int64_t n_uses_ = 0;  // number of calls of vertex_boxes()
+  VertexBoxes vertex_boxes_;
   TaskShare share_;
 };
 

@@ -6,16 +6,15 @@
 namespace loomstone {
 
 ClusterMembers::ClusterMembers(const ClusterTree& tree) {
-  const Index* const corners = tree.faces().corners.data();
   for (Index c = 0; c < tree.n_clusters(); ++c) {
-    const auto begin = vertices_.insert(vertices_.end(), corners + 3 * slab_lanes * c,
-                                        corners + 3 * slab_lanes * (c + 1));
+    tree.each_corner(c, [&](Index vertex) { vertices_.push_back(vertex); });
+    const auto begin = vertices_.begin() + start_.back();
     std::sort(begin, vertices_.end());
     vertices_.erase(std::unique(begin, vertices_.end()), vertices_.end());
-    const auto none = vertices_.begin() + start_.back();  // *none is -1 if some lanes are empty
-    if (none != vertices_.end() && *none < 0) vertices_.erase(none);
     start_.push_back(static_cast<Index>(vertices_.size()));
   }
+  vertices_.shrink_to_fit();
+  start_.shrink_to_fit();
 }
 
 ClusterMotion cluster_motion(const ClusterMembers& members, Index cluster, const Points& x0,

@@ -81,7 +81,7 @@ struct FeatureGroups {
 // Computes the boxes of features (`slabs`) and of whole groups (`of_group`) from vertex boxes. The
 // first entry of each output belongs to group groups.begin. Either output may be null.
 template <class Lanes>
-LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureGroups& groups,
+LOOMSTONE_INLINE void refit_features(VertexBoxes::View vertices, const FeatureGroups& groups,
                                      SlabGroup* slabs, PackedSlabs* of_group) {
   using Floats = FloatLanes<Lanes>;
   const PackedSlabs none = empty_packed();
@@ -152,14 +152,14 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
 
 }  // namespace
 
-ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
-                         std::vector<Index> edge_ids, std::vector<Index> foreign)
+ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges, Index first_edge,
+                         std::vector<Index> foreign)
     : first_triangle_(first_triangle),
       n_triangles_(static_cast<Index>(triangles.rows())),
+      first_edge_(first_edge),
       n_edges_(static_cast<Index>(edges.rows())),
       own_triangles_(std::move(triangles)),
       own_edges_(std::move(edges)),
-      edge_ids_(std::move(edge_ids)),
       foreign_(std::move(foreign)) {
   std::sort(foreign_.begin(), foreign_.end());
   add_levels();
@@ -170,10 +170,15 @@ ClusterTree::ClusterTree(const CollisionModel& model, Index surface)
     : model_(&model),
       first_triangle_(model.surfaces[surface].first_triangle),
       n_triangles_(model.surfaces[surface].n_triangles) {
-  const std::vector<Index>& of = model.surface_of_edge;
-  const auto own = std::equal_range(of.begin(), of.end(), surface);
-  first_edge_ = static_cast<Index>(own.first - of.begin());
-  n_edges_ = static_cast<Index>(own.second - own.first);
+  const Index first = model.surfaces[surface].first_vertex,
+              last = first + model.surfaces[surface].n_vertices;
+  const auto firsts = model.edges.col(0);
+  const auto edge_of = [&](Index vertex) {
+    return static_cast<Index>(std::lower_bound(firsts.begin(), firsts.end(), vertex) -
+                              firsts.begin());
+  };
+  first_edge_ = edge_of(first);
+  n_edges_ = edge_of(last) - first_edge_;
   add_levels();
 }
 
@@ -195,8 +200,9 @@ Slabs ClusterTree::root() const {
   return box;
 }
 
+// Sets the groups and, as ids, the indices of the features in `cluster_of_feature`.
 void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_of_feature,
-                         int n_corners, const Index* corners) const {
+                         int n_corners) const {
   std::vector<Index> next(n_clusters_, 0);
   for (const Index c : cluster_of_feature) ++next[c];
   features.group.assign(n_clusters_ + 1, 0);
@@ -209,15 +215,23 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
   if (n_corners > 1) features.first_slab.assign(n_clusters_, 0);
   features.id.assign(slab_lanes * n_groups, -1);
   features.n_corners = n_corners;
-  features.corners.assign(slab_lanes * n_groups * n_corners, -1);
-  for (std::size_t i = 0; i < cluster_of_feature.size(); ++i) {
-    const Index slot = next[cluster_of_feature[i]]++;
-    features.id[slot] = static_cast<Index>(i);
-    Index* const corner = features.corners.data() +
-                          static_cast<std::size_t>(slot / slab_lanes) * n_corners * slab_lanes;
-    for (int k = 0; k < n_corners; ++k)
-      corner[k * slab_lanes + slot % slab_lanes] = corners[n_corners * i + k];
-  }
+  for (std::size_t i = 0; i < cluster_of_feature.size(); ++i)
+    features.id[next[cluster_of_feature[i]]++] = static_cast<Index>(i);
+}
+
+// Sets the corners of groups of faces or edges; see Features::corners.
+void ClusterTree::find_corners(const Features& features, IndexRange groups, Index* corners) const {
+  const int n_corners = features.n_corners;
+  const bool faces = &features == &faces_;
+  const Index* const of_feature = faces ? triangles().data() : tree_edges().data();
+  const Index first_id = faces ? first_triangle_ : first_edge_;
+  for (Index g = groups.begin; g < groups.end; ++g, corners += n_corners * slab_lanes)
+    for (int lane = 0; lane < slab_lanes; ++lane) {
+      const Index id = features.id[slab_lanes * g + lane];
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(n_corners) * (id - first_id);
+      for (int k = 0; k < n_corners; ++k)
+        corners[k * slab_lanes + lane] = id >= 0 ? of_feature[first + k] : -1;
+    }
 }
 
 void ClusterTree::form(const Points& x) {
@@ -268,28 +282,36 @@ void ClusterTree::form(const Points& x) {
   for (Index e = 0; e < edges.rows(); ++e)
     cluster_of_edge.push_back(give(edges(e, 0), edges(e, 1)));
 
-  assign(faces_, cluster_of_face, 3, triangles.data());
-  assign(edge_features_, cluster_of_edge, 2, edges.data());
-  assign(vertices_, cluster_of_vertex, 1, vertices.data());
+  assign(faces_, cluster_of_face, 3);
+  assign(edge_features_, cluster_of_edge, 2);
+  assign(vertices_, cluster_of_vertex, 1);
   for (Index& id : faces_.id)
     if (id >= 0) id += first_triangle_;
   for (Index& id : edge_features_.id)
-    if (id >= 0) id = model_ ? first_edge_ + id : edge_ids_[id];
-  vertices_.id = std::vector<Index>();
+    if (id >= 0) id += first_edge_;
+  vertices_.corners = std::move(vertices_.id);
+  for (Index& vertex : vertices_.corners)
+    if (vertex >= 0) vertex = vertices[vertex];
+  has_all_corners_ = false;
 }
 
 std::size_t ClusterTree::n_slots() const {
   return static_cast<std::size_t>((n_clusters_ + slab_lanes - 1) / slab_lanes) * slab_lanes;
 }
 
-void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices,
-                             Index begin, Index end, std::vector<PackedSlabs>& boxes) const {
+void ClusterTree::find_boxes(const Team& team, const VertexBoxes& vertices, Index begin, Index end,
+                             std::vector<PackedSlabs>& boxes) const {
+  // A cluster has exactly one group of faces, so cluster indices are also group indices.
+  constexpr Index at_once = 16;  // number of groups whose corners are found at once
   parallel_ranges(team, end - begin, refit_grain, [&](Index first, Index last) {
-    // A cluster has exactly one group of faces, so cluster indices are also group indices.
-    const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
-                                  begin + last};
-    LOOMSTONE_WIDEST(refit_features)
-    (vertices.data(), groups, nullptr, boxes.data() + groups.begin);
+    Index corners[at_once * 3 * slab_lanes];
+    for (Index group = begin + first; group < begin + last; group += at_once) {
+      const Index n = std::min(at_once, begin + last - group);
+      find_corners(faces_, {group, group + n}, corners);
+      LOOMSTONE_WIDEST(refit_features)
+      (vertices.view(), FeatureGroups{corners, faces_.n_corners, 0, n}, nullptr,
+       boxes.data() + group);
+    }
   });
 }
 
@@ -321,28 +343,32 @@ void ClusterTree::set_nodes(const Team& team, const std::vector<PackedSlabs>& bo
   write_group<FloatLanes<Lanes128>>(children, root_);
 }
 
-std::vector<PackedSlabs> ClusterTree::refit_all(const Team& team,
-                                                const std::vector<PackedSlabs>& vertices) {
+std::vector<PackedSlabs> ClusterTree::refit_all(const Team& team, const VertexBoxes& vertices) {
   std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
   const auto refit = [&](Features& of, PackedSlabs* of_group) {
     const Index n = of.group[n_clusters_];
     make_room(of.slabs, n);
+    const std::size_t lanes_of_group = static_cast<std::size_t>(of.n_corners) * slab_lanes;
+    make_room(of.corners, n * lanes_of_group);
     std::copy_n(of.group.begin(), n_clusters_, of.first_slab.begin());
     parallel_ranges(team, n, refit_grain, [&](Index begin, Index end) {
+      if (!has_all_corners_)
+        find_corners(of, {begin, end}, of.corners.data() + begin * lanes_of_group);
       const FeatureGroups groups = {of.corners.data(), of.n_corners, begin, end};
       LOOMSTONE_WIDEST(refit_features)
-      (vertices.data(), groups, of.slabs.data() + begin, of_group ? of_group + begin : nullptr);
+      (vertices.view(), groups, of.slabs.data() + begin, of_group ? of_group + begin : nullptr);
     });
   };
   refit(edge_features_, nullptr);
   refit(faces_, boxes.data());  // each cluster has exactly one group of faces
-  vertex_boxes_ = vertices.data();
+  has_all_corners_ = true;
+  vertex_boxes_ = &vertices;
   cluster_boxes_.assign(boxes.begin(), boxes.begin() + n_clusters_);
   set_nodes(team, boxes);
   return boxes;
 }
 
-void ClusterTree::refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
+void ClusterTree::refit(const Team& team, const Points& x, const VertexBoxes& vertices,
                         double inflation, bool may_rebuild) {
   if (empty()) return;
   if (formed()) {
@@ -353,9 +379,8 @@ void ClusterTree::refit(const Team& team, const Points& x, const std::vector<Pac
   set_area(refit_all(team, vertices), inflation);
 }
 
-void ClusterTree::refit_nodes(const Team& team, const Points& x,
-                              const std::vector<PackedSlabs>& vertices, double inflation,
-                              bool may_rebuild) {
+void ClusterTree::refit_nodes(const Team& team, const Points& x, const VertexBoxes& vertices,
+                              double inflation, bool may_rebuild) {
   if (empty()) return;
   std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
   const auto find = [&] { find_boxes(team, vertices, 0, n_clusters_, boxes); };
@@ -369,8 +394,8 @@ void ClusterTree::refit_nodes(const Team& team, const Points& x,
 }
 
 void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
-                                    const std::vector<PackedSlabs>& vertices) {
-  vertex_boxes_ = vertices.data();
+                                    const VertexBoxes& vertices) {
+  vertex_boxes_ = &vertices;
   Index n_faces = 0, n_edges = 0;  // numbers of groups in the marked clusters
   for (Index c = 0; c < n_clusters_; ++c) {
     if (!marked[c]) continue;
@@ -381,11 +406,17 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
   make_room(faces_.slabs, n_faces);
   make_room(edge_features_.slabs, n_edges);
   make_room(cluster_boxes_, n_faces);
+  for (Features* const f : {&faces_, &edge_features_})
+    make_room(f->corners, f->slabs.size() * f->n_corners * slab_lanes);
+  has_all_corners_ = false;
   const auto refit = [&](Features& features, Index cluster, PackedSlabs* of_group) {
-    const FeatureGroups groups = {features.corners.data(), features.n_corners,
-                                  features.group[cluster], features.group[cluster + 1]};
+    const IndexRange groups{features.group[cluster], features.group[cluster + 1]};
+    const std::size_t first = features.first_slab[cluster];
+    Index* const corners = features.corners.data() + first * features.n_corners * slab_lanes;
+    find_corners(features, groups, corners);
     LOOMSTONE_WIDEST(refit_features)
-    (vertices.data(), groups, features.slabs.data() + features.first_slab[cluster], of_group);
+    (vertices.view(), FeatureGroups{corners, features.n_corners, 0, groups.end - groups.begin},
+     features.slabs.data() + first, of_group);
   };
   parallel_for(
       team, n_clusters_,
@@ -403,7 +434,7 @@ std::size_t ClusterTree::bytes() const {
     n += bytes_of(f->slabs, f->first_slab, f->id, f->group, f->corners);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
   n += cluster_boxes_.capacity() * sizeof(PackedSlabs);
-  return n + bytes_of(own_triangles_, own_edges_, edge_ids_, foreign_);
+  return n + bytes_of(own_triangles_, own_edges_, foreign_);
 }
 
 }  // namespace loomstone

@@ -9,7 +9,9 @@
 
 #include "core/base/bytes.h"
 #include "core/collision/broad_phase/slabs.h"
+#include "core/collision/broad_phase/vertex_boxes.h"
 #include "core/collision/model/collision_model.h"
+#include "core/parallel/shared_work.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -26,24 +28,26 @@ class ClusterTree {
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;
-    std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids; -1 in empty lanes
+    // (groups x n_corners x 8) Vertex ids; -1 in empty lanes. Of vertices, for all groups. Of faces
+    // and edges, for the groups in `slabs`.
+    std::vector<Index> corners;
   };
 
   // The tree of a whole surface. It reads the triangles and edges of `model`, so `model` must stay
   // alive.
   ClusterTree(const CollisionModel& model, Index surface);
   // The tree of a part of a surface. `triangles` and `edges` are those of the part, with vertex ids
-  // of the whole model. Triangle t has the id first_triangle + t; edge e has the id edge_ids[e].
+  // of the whole model. Triangle t has the id first_triangle + t; edge e has the id first_edge + e.
   // The tree does not contain the vertices in `foreign`, which belong to the trees of other parts
   // of the surface.
-  ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids,
+  ClusterTree(Triangles triangles, Index first_triangle, Edges edges, Index first_edge,
               std::vector<Index> foreign);
 
   // Recomputes all boxes of the tree. `vertices` contains the vertex boxes of all surfaces. They
   // include `inflation` [m] and must stay alive until the next refit of features. Forms clusters at
   // positions x if formed() is false, or if `may_rebuild` is set and the boxes have grown too much.
-  void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
-             double inflation, bool may_rebuild);
+  void refit(const Team& team, const Points& x, const VertexBoxes& vertices, double inflation,
+             bool may_rebuild);
 
   void forget() { built_area_ = -1.0; }     // the next refit forms new clusters
   int version() const { return version_; }  // changes whenever new clusters are formed
@@ -56,8 +60,8 @@ class ClusterTree {
   void form(const Points& x);
   // Sets the boxes of clusters [begin, end) in `boxes` from vertex boxes. `boxes` has n_slots()
   // entries, and those beyond the last cluster must be empty boxes.
-  void find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices, Index begin,
-                  Index end, std::vector<PackedSlabs>& boxes) const;
+  void find_boxes(const Team& team, const VertexBoxes& vertices, Index begin, Index end,
+                  std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
   // Stores half the total area of the boxes of newly formed clusters, for has_grown(). The boxes
   // include `inflation` [m], but the area does not.
@@ -68,12 +72,12 @@ class ClusterTree {
   // Recomputes the boxes of all nodes from those of all clusters.
   void set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes);
   // Like refit(), but recomputes only the boxes of nodes, not those of features.
-  void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
-                   double inflation, bool may_rebuild);
+  void refit_nodes(const Team& team, const Points& x, const VertexBoxes& vertices, double inflation,
+                   bool may_rebuild);
   // Recomputes the boxes of marked clusters and of their features, and forgets those of all other
   // clusters. `vertices` has the same meaning as in refit().
   void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
-                         const std::vector<PackedSlabs>& vertices);
+                         const VertexBoxes& vertices);
 
   // Level 0 contains the clusters. The children of node n on level l are nodes 8 n to 8 n + 7 on
   // level l - 1. The top level has one node.
@@ -89,20 +93,28 @@ class ClusterTree {
   // Returns the box that encloses all features of a cluster. The last refit of features must have
   // included this cluster.
   const PackedSlabs& box(Index cluster) const { return cluster_boxes_[faces_.first_slab[cluster]]; }
-  // Returns the vertex boxes of all surfaces, as passed to the last refit of features.
-  const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
+  // Returns the vertex boxes that were passed to the last refit of features.
+  VertexBoxes::View vertex_boxes() const { return vertex_boxes_->view(); }
 
   const Features& faces() const { return faces_; }
   const Features& edges() const { return edge_features_; }
   // Vertices are identified by `corners`. Their `id` is empty.
   const Features& vertices() const { return vertices_; }
+  // Calls visit(vertex) for the corners of all faces of a cluster.
+  template <class Visit>
+  void each_corner(Index cluster, Visit&& visit) const {
+    for (Index slot = slab_lanes * cluster; slot < slab_lanes * (cluster + 1); ++slot)
+      if (const Index id = faces_.id[slot]; id >= 0)
+        for (int k = 0; k < 3; ++k) visit(triangles()(id - first_triangle_, k));
+  }
   std::size_t bytes() const;
 
  private:
-  void assign(Features& features, const std::vector<Index>& cluster_of_feature, int n_corners,
-              const Index* corners) const;
+  void assign(Features& features, const std::vector<Index>& cluster_of_feature,
+              int n_corners) const;
+  void find_corners(const Features& features, IndexRange groups, Index* corners) const;
   // Recomputes the boxes of all features, clusters and nodes. Returns those of the clusters.
-  std::vector<PackedSlabs> refit_all(const Team& team, const std::vector<PackedSlabs>& vertices);
+  std::vector<PackedSlabs> refit_all(const Team& team, const VertexBoxes& vertices);
 
   void add_levels();
   // The triangles and edges of the tree, with vertex ids of the whole model.
@@ -116,20 +128,20 @@ class ClusterTree {
 
   // The model if the tree contains a whole surface; null if it contains a part of a surface.
   const CollisionModel* model_ = nullptr;
-  Index first_triangle_, n_triangles_, first_edge_ = 0, n_edges_ = 0;
+  Index first_triangle_, n_triangles_, first_edge_, n_edges_;
   // Arguments of the constructor for a part of a surface; empty for a whole surface.
   Triangles own_triangles_;
   Edges own_edges_;
-  std::vector<Index> edge_ids_;
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
+  bool has_all_corners_ = false;  // Features::corners contains all groups of faces and edges
   double built_area_ = -1.0;  // half the area of cluster boxes when formed [m^2]; -1: not formed
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0
   std::vector<PackedSlabs> cluster_boxes_;      // in the order of faces_.slabs
   int version_ = 0;
-  const PackedSlabs* vertex_boxes_ = nullptr;
+  const VertexBoxes* vertex_boxes_ = nullptr;
 };
 
 }  // namespace loomstone

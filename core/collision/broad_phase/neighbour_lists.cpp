@@ -103,7 +103,7 @@ void NeighbourLists::find_slacks_and_margins(const Points& x) {
     double sum = 0.0;
     Index n = 0;
     for (Index e = 0; e < model_.edges.rows(); ++e)
-      if (const Index s = model_.surface_of_edge[e]; s == pair.a) {
+      if (const Index s = model_.surface_of_edge(e); s == pair.a) {
         sum += (x.row(model_.edges(e, 0)) - x.row(model_.edges(e, 1))).norm();
         ++n;
       }
@@ -162,7 +162,7 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
         const Eigen::RowVector3d to = x_.row(v) + steps_ahead * (x1.row(v) - x_.row(v));
         return packed(slabs_of(x_.row(v).data(), to.data(), inflation_[s] + margin_[s]));
       },
-      may_rebuild || n_searches_ % 8 == 0, broad_phase_.vertex_boxes());
+      may_rebuild || n_searches_ % 8 == 0);
   for (std::size_t s = 0; s < formed.size(); ++s) {
     if (formed[s]) motions_[s].resize(refit_.members(static_cast<Index>(s)).n_clusters());
     marked_[s].assign(motions_[s].size(), 0);
@@ -279,9 +279,11 @@ void NeighbourLists::make_ended(const Team& team) {
     if (ended_[i]) which.push_back(static_cast<Index>(i));
   if (which.empty()) return;
   n_made_ += static_cast<std::int64_t>(which.size());
-  if (broad_phase_.n_uses() != n_uses_) still_at_x_.clear();
-  std::vector<PackedSlabs>& still = broad_phase_.vertex_boxes();
-  n_uses_ = broad_phase_.n_uses();
+  VertexBoxes& still = broad_phase_.vertex_boxes();
+  if (still.use() != use_ || still_at_x_.vertices().empty()) {
+    still_at_x_.clear();
+    use_ = still.begin();
+  }
   std::vector<std::pair<Index, Index>> clusters;  // (surface, cluster)
   const auto mark = [&](Index surface, Index cluster) {
     if (!std::exchange(marked_[surface][cluster], 1)) clusters.emplace_back(surface, cluster);
@@ -297,13 +299,20 @@ void NeighbourLists::make_ended(const Team& team) {
   parallel_ranges(team, n_clusters, grain, [&](Index begin, Index end) {
     for (Index c = begin; c < end; ++c)
       refit_.members(clusters[c].first).each(clusters[c].second, [&](Index v) {
-        if (!still_at_x_.take(v)) return;
-        taken[begin / grain].push_back(v);
-        const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
-        still[v] = packed(slabs_of(at, at, 0.0));
+        if (still_at_x_.take(v)) taken[begin / grain].push_back(v);
       });
   });
+  const std::size_t n_before = still_at_x_.vertices().size();
   for (const std::vector<Index>& of_range : taken) still_at_x_.list(of_range);
+  const auto added = std::span(still_at_x_.vertices()).subspan(n_before);
+  still.add(added);
+  parallel_for(
+      team, static_cast<Index>(added.size()),
+      [&](Index i) {
+        const double* const at = x_.data() + 3 * static_cast<std::size_t>(added[i]);
+        still[added[i]] = packed(slabs_of(at, at, 0.0));
+      },
+      512);
   for (std::size_t s = 0; s < marked_.size(); ++s) {
     ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
     tree.refit_features_of(team, marked_[s], still);

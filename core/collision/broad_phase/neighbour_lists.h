@@ -308,9 +308,9 @@ class NeighbourLists {
   Cover cover_ = Cover::Gap;  // argument of the last begin_cover()
   GatherRoom contact_room_;
   // Vertices whose boxes in BroadPhase::vertex_boxes() are those of their positions in x_, without
-  // motion, unless BroadPhase::n_uses() differs from n_uses_.
+  // motion, unless VertexBoxes::use() differs from use_.
   VertexSet still_at_x_;
-  std::int64_t n_uses_ = 0;
+  std::int64_t use_ = 0;
   VertexSet vertices_;
   // Clusters of each surface in the lists of this rank, and motions of these clusters by index.
   std::vector<std::vector<Index>> used_;

@@ -98,15 +98,15 @@ struct Run {
       : slabs(features.slabs.data() + features.first_slab[cluster]),
         n(features.group[cluster + 1] - features.group[cluster]),
         first_slot(slab_lanes * features.group[cluster]) {
-    corners =
-        features.corners.data() + static_cast<std::ptrdiff_t>(first_slot) * features.n_corners;
+    corners = features.corners.data() + static_cast<std::ptrdiff_t>(features.first_slab[cluster]) *
+                                            features.n_corners * slab_lanes;
   }
   Index slot(Index group, int lane) const { return first_slot + slab_lanes * group + lane; }
 };
 
 // The vertices of one cluster and their boxes.
 struct VertexRun {
-  const PackedSlabs* boxes;
+  VertexBoxes::View boxes;
   const Index* id;
   Index begin, end;  // range of slots; id is -1 in empty slots
 

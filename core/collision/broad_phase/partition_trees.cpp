@@ -69,13 +69,14 @@ PartitionTrees::PartitionTrees(const CollisionModel& model, const std::vector<Su
       surfaces_(model.surfaces.size()),
       pair_of_(surfaces_.size() * surfaces_.size(), -1),
       vertex_boxes_(model.n_vertices) {
+  vertex_boxes_.add(0, model.n_vertices);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     pair_of_[pairs[i].a * surfaces_.size() + pairs[i].b] = static_cast<Index>(i);
   const std::int64_t n_cloth = std::max<Index>(1, n_cloth_vertices(model)), parts = n_parts;
   PartOf part_of;
   part_of.triangle.assign(model.triangles.rows(), 0);
   for (Index t = 0; t < model.triangles.rows(); ++t)
-    if (model.surfaces[model.surface_of_triangle[t]].kind == CollisionSurface::Kind::Cloth)
+    if (model.surfaces[model.surface_of_triangle(t)].kind == CollisionSurface::Kind::Cloth)
       part_of.triangle[t] = static_cast<Index>(parts * model.triangles(t, 0) / n_cloth);
   part_of.vertex = part_of_vertices(model, part_of.triangle, n_parts);
   part_of.edge = part_of_edges(model, part_of.triangle, n_parts);
@@ -92,7 +93,7 @@ void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
   for (Index t = surface.first_triangle; t < surface.first_triangle + surface.n_triangles; ++t)
     members[part_of.triangle[t]].triangles.push_back(t);
   for (Index e = 0; e < model_.edges.rows(); ++e)
-    if (model_.surface_of_edge[e] == s) members[part_of.edge[e]].edges.push_back(e);
+    if (model_.surface_of_edge(e) == s) members[part_of.edge[e]].edges.push_back(e);
   surfaces_[s].first_part = n_hierarchies();
   for (Index part = 0; part < n_parts; ++part) {
     Members& own = members[part];
@@ -108,12 +109,14 @@ void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
     }
     for (std::size_t i = 0; i < own.edges.size(); ++i)
       edges.row(i) = model_.edges.row(own.edges[i]);
-    const Index first_id = static_cast<Index>(triangle_ids_.size());
+    const Index first_triangle = static_cast<Index>(triangle_ids_.size()),
+                first_edge = static_cast<Index>(edge_ids_.size());
     triangle_ids_.insert(triangle_ids_.end(), own.triangles.begin(), own.triangles.end());
+    edge_ids_.insert(edge_ids_.end(), own.edges.begin(), own.edges.end());
     const std::size_t first_cluster = n_clusters();
     parts_.push_back({s,
-                      ClusterTree(std::move(triangles), first_id, std::move(edges),
-                                  std::move(own.edges), std::move(foreign)),
+                      ClusterTree(std::move(triangles), first_triangle, std::move(edges),
+                                  first_edge, std::move(foreign)),
                       first_cluster});
   }
   surfaces_[s].last_part = n_hierarchies();
@@ -125,7 +128,7 @@ void PartitionTrees::refit(const Team& team, const InflatedMotion& motion, bool 
       [&](Index v) {
         const std::size_t at = 3 * static_cast<std::size_t>(v);
         vertex_boxes_[v] = packed(slabs_of(motion.x0.data() + at, motion.x1.data() + at,
-                                           motion.inflation[model_.surface_of_vertex[v]]));
+                                           motion.inflation[model_.surface_of_vertex(v)]));
       },
       2048);
   for (Part& part : parts_)
@@ -247,8 +250,7 @@ void PartitionTrees::expand(const NodeTest& test, std::vector<NodeTest>& stack,
 }
 
 std::size_t PartitionTrees::bytes() const {
-  std::size_t sum = vertex_boxes_.capacity() * sizeof(PackedSlabs) +
-                    (triangle_ids_.capacity() + pair_of_.capacity()) * sizeof(Index);
+  std::size_t sum = bytes_of(vertex_boxes_, triangle_ids_, edge_ids_, pair_of_);
   for (const Part& part : parts_) sum += part.tree.bytes();
   return sum;
 }

@@ -51,11 +51,14 @@ void SharedRefit::form(Index surface, const Points& x) {
 // Collective. Finds the boxes of all clusters of the surfaces `which` from the vertex boxes that
 // `box` returns.
 void SharedRefit::find_boxes(const Team& team, const std::vector<Index>& which,
-                             const VertexBox& box, std::vector<PackedSlabs>& vertices) {
+                             const VertexBox& box) {
+  VertexBoxes& vertices = broad_phase_.vertex_boxes();
   results_of_ranks(ranks_, [&] {
     for (const Index s : which) {
       const ClusterTree& tree = broad_phase_.tree(s);
       Surface& own = surfaces_[s];
+      vertices.begin();
+      vertices.add(own.vertices);
       parallel_for(
           team, static_cast<Index>(own.vertices.size()),
           [&](Index i) { vertices[own.vertices[i]] = box(s, own.vertices[i]); }, 1024);
@@ -75,8 +78,7 @@ void SharedRefit::find_boxes(const Team& team, const std::vector<Index>& which,
 }
 
 std::vector<std::uint8_t> SharedRefit::refit(const Team& team, const Points& x,
-                                             const VertexBox& moving, bool may_rebuild,
-                                             std::vector<PackedSlabs>& vertices) {
+                                             const VertexBox& moving, bool may_rebuild) {
   const VertexBox still = [&](Index, Index v) {
     const double* const at = x.data() + 3 * static_cast<std::size_t>(v);
     return packed(slabs_of(at, at, 0.0));
@@ -92,7 +94,7 @@ std::vector<std::uint8_t> SharedRefit::refit(const Team& team, const Points& x,
       find_members(s);
   }
   if (may_rebuild) {
-    find_boxes(team, all, still, vertices);
+    find_boxes(team, all, still);
     for (const Index s : all) {
       const bool is_new = std::find(formed.begin(), formed.end(), s) != formed.end();
       if (is_new || !broad_phase_.tree(s).has_grown(surfaces_[s].boxes, 0.0)) continue;
@@ -100,15 +102,15 @@ std::vector<std::uint8_t> SharedRefit::refit(const Team& team, const Points& x,
     }
   }
   if (!formed.empty()) {
-    find_boxes(team, formed, still, vertices);
+    find_boxes(team, formed, still);
     for (const Index s : formed) broad_phase_.tree(s).set_area(surfaces_[s].boxes, 0.0);
   }
-  find_boxes(team, all, moving, vertices);
+  find_boxes(team, all, moving);
   std::vector<std::uint8_t> changed(surfaces_.size(), 0);
   for (const Index s : all) {
     ClusterTree& tree = broad_phase_.tree(s);
     tree.set_nodes(team, surfaces_[s].boxes);
-    surfaces_[s].boxes = {};
+    surfaces_[s].boxes = std::vector<PackedSlabs>();  // frees the memory
     changed[s] = tree.version() != surfaces_[s].version;
     surfaces_[s].version = tree.version();
   }

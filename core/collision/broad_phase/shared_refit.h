@@ -21,10 +21,9 @@ class SharedRefit {
   // Collective. Recomputes the node boxes of all trees from the vertex boxes that `moving` returns.
   // Forms clusters at x in trees without clusters and, if `may_rebuild` is set, in trees whose
   // boxes at x have grown too much. Returns for each surface 1 if its clusters have changed since
-  // the last call, and 0 otherwise. `vertices` is scratch for the boxes of all vertices of the
-  // model.
+  // the last call, and 0 otherwise.
   std::vector<std::uint8_t> refit(const Team& team, const Points& x, const VertexBox& moving,
-                                  bool may_rebuild, std::vector<PackedSlabs>& vertices);
+                                  bool may_rebuild);
   // Returns whether the clusters of any surface have changed since the last refit().
   bool other_trees() const;
 
@@ -44,8 +43,7 @@ class SharedRefit {
   IndexRange share(Index surface, int rank) const;
   void form(Index surface, const Points& x);
   void find_members(Index surface);
-  void find_boxes(const Team& team, const std::vector<Index>& which, const VertexBox& box,
-                  std::vector<PackedSlabs>& vertices);
+  void find_boxes(const Team& team, const std::vector<Index>& which, const VertexBox& box);
 
   BroadPhase& broad_phase_;
   const Communicator& ranks_;

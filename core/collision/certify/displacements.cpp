@@ -40,7 +40,7 @@ void Displacements::carry_with_immovable(Index v, const StepImpact& impact) {
     const double weight = std::abs(impact.impact.weights[i]) + 1e-3;
     motion += weight * wanted_.row(u).transpose();
     total += weight;
-    const Index s = model_.surface_of_vertex[u];
+    const Index s = model_.surface_of_vertex(u);
     if (model_.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;
     if (!known_[s]) {
       motions_[s] = rigid_motion(model_, s, x0_, x1_);

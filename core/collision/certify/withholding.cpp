@@ -64,7 +64,7 @@ void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionI
   const CollisionModel& model = search.model();
   const auto cloth = [&](const StepImpact& impact) {
     for (const Index v : impact.vertices)
-      if (model.surfaces[model.surface_of_vertex[v]].kind != CollisionSurface::Kind::Cloth)
+      if (model.surfaces[model.surface_of_vertex(v)].kind != CollisionSurface::Kind::Cloth)
         return false;
     return true;
   };

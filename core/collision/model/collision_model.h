@@ -39,10 +39,8 @@ struct CollisionModel {
   Index n_vertices = 0;
   Triangles triangles;  // (m x 3) vertex ids
   Edges edges;          // (k x 2) sorted unique vertex pairs; the edge id is the row
+  // In the order of their vertices and triangles. Together they contain all of them.
   std::vector<CollisionSurface> surfaces;
-  std::vector<Index> surface_of_vertex;    // (n)
-  std::vector<Index> surface_of_triangle;  // (m)
-  std::vector<Index> surface_of_edge;      // (k)
   VertexRows rows;
   // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments.
   // Attached vertices, and the edges and faces that contain one, do not collide with that surface.
@@ -52,8 +50,21 @@ struct CollisionModel {
   double gap_floor = 1e-5;
 
   std::size_t bytes() const {
-    return bytes_of(triangles, edges, surface_of_vertex, surface_of_triangle, surface_of_edge,
-                    rows.row, rows.is_body, attached_surface);
+    return bytes_of(triangles, edges, rows.row, rows.is_body, attached_surface);
+  }
+  Index surface_of_vertex(Index vertex) const {
+    return containing(vertex, &CollisionSurface::first_vertex);
+  }
+  Index surface_of_triangle(Index triangle) const {
+    return containing(triangle, &CollisionSurface::first_triangle);
+  }
+  Index surface_of_edge(Index edge) const { return surface_of_vertex(edges(edge, 0)); }
+
+ private:
+  // Returns the last surface whose `first` does not exceed `feature`.
+  Index containing(Index feature, Index CollisionSurface::* first) const {
+    const auto next = std::ranges::upper_bound(surfaces, feature, {}, first);
+    return static_cast<Index>(next - surfaces.begin()) - 1;
   }
 };
 

@@ -34,7 +34,7 @@ using FreeBodies = std::vector<FreeBody>;
 // not belong to a body, or if `bodies` is empty.
 inline Index body_of_vertex(const CollisionModel& model, const FreeBodies& bodies, Index vertex) {
   if (bodies.empty()) return -1;
-  return model.surfaces[model.surface_of_vertex[vertex]].body;
+  return model.surfaces[model.surface_of_vertex(vertex)].body;
 }
 
 // Sets the rows of x that belong to the body to the positions of its vertices at `pose`. Returns

@@ -18,10 +18,7 @@ const ContactStrengths& KnownStrengths::find(const CollisionModel& model,
                                              const std::vector<Contact>& contacts,
                                              const StrengthInputs& inputs) {
   if (!known_at_x_) known_.shares = contact_shares(contacts, model, inputs.x);
-  if (!known_at_x_ || !same_bits(inputs.forces, forces_)) {
-    known_.stiffness = contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
-    forces_ = inputs.forces;
-  }
+  known_.stiffness = contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
   if (!known_at_x_ || inputs.anchors.anchors != anchors_) {
     known_.slips = anchored_slips(contacts, model, inputs.anchors);
     anchors_ = inputs.anchors.anchors;

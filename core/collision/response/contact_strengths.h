@@ -33,7 +33,7 @@ ContactStrengths contact_strengths(const CollisionModel& model,
                                    const StrengthInputs& inputs);
 
 // Strengths of contacts whose positions and masses stay the same, while forces and anchors change.
-// Strengths that are still valid are not computed again.
+// Shares and slips that are still valid are not computed again.
 class KnownStrengths {
  public:
   // Returns contact_strengths() of the arguments. Between two calls of forget(), all calls of
@@ -41,13 +41,12 @@ class KnownStrengths {
   const ContactStrengths& find(const CollisionModel& model, const std::vector<Contact>& contacts,
                                const StrengthInputs& inputs);
   void forget() { known_at_x_ = false; }
-  std::size_t bytes() const { return bytes_of(known_, forces_, anchors_); }
+  std::size_t bytes() const { return bytes_of(known_, anchors_); }
 
  private:
   bool known_at_x_ = false;
   ContactStrengths known_;
-  // Forces and anchors from which the stiffness and slips in known_ were computed.
-  Points forces_;
+  // Anchors from which the slips in known_ were computed.
   std::vector<ContactState::Anchor> anchors_;
 };
 

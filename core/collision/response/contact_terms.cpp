@@ -335,7 +335,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
     Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);
     // If a surface of the contact is a rigidly moving body or obstacle, the slip rotates with it.
     for (const int corner : {0, 3}) {
-      const Index s = model.surface_of_vertex[contact.vertices[corner]];
+      const Index s = model.surface_of_vertex(contact.vertices[corner]);
       if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;
       if (!known[s]) {
         motions[s] = rigid_motion(model, s, x0, x1);

@@ -78,7 +78,7 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
 // interpolated normal are then continuous across faces. Of several equally near contacts, keeps the
 // first.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
-  const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
+  const auto surface = [&](const Contact& c) { return model.surface_of_triangle(c.b); };
   std::vector<Contact> kept;
   kept.reserve(contacts.size());
   std::size_t first_of_vertex = 0;
@@ -136,7 +136,7 @@ class ContactFinder {
       return closest.distance;
     Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
                        : contact_normal_edge_edge(p, closest, Vec3::Zero());
-    if (face && model_.surfaces[model_.surface_of_triangle[second_of(key)]].smooth)
+    if (face && model_.surfaces[model_.surface_of_triangle(second_of(key))].smooth)
       normal = rounded_normal(normals_, v, closest, normal);
     out.push_back({key, i, kind, closest.weights, normal, closest.distance});
     return closest.distance;
@@ -335,7 +335,7 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
       for (std::size_t j = begin; j < end; ++j) {
         const Contact& other = contacts[j];
         if (out[j - begin]) continue;
-        if (i == j || model.surface_of_triangle[own.b] != model.surface_of_triangle[other.b])
+        if (i == j || model.surface_of_triangle(own.b) != model.surface_of_triangle(other.b))
           continue;
         const double alike = std::max(0.0, own.normal.dot(other.normal));
         const double other_force = contact_force(other.distance, other.thickness, 1.0).force;

@@ -44,8 +44,8 @@ ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>&
     totals.pressed |= contact.distance < 0.5 * contact.thickness;
     totals.vertex_on_face |=
         contact.kind == ContactKind::VertexFace && model.rows.row[contact.a] >= 0;
-    const std::array<Index, 2> surfaces = ascending(model.surface_of_vertex[contact.vertices[0]],
-                                                    model.surface_of_vertex[contact.vertices[3]]);
+    const std::array<Index, 2> surfaces = ascending(model.surface_of_vertex(contact.vertices[0]),
+                                                    model.surface_of_vertex(contact.vertices[3]));
     if (surfaces != last) totals.surfaces.push_back(last = surfaces);
   }
   sort_unique(totals.surfaces);
@@ -118,7 +118,7 @@ ContactTotals ContactSelection::totals(const CollisionModel& model,
     totals.pressed |= contact.distance < 0.5 * pairs[contact.pair].thickness;
     if (contact.kind != ContactKind::VertexFace) continue;
     totals.vertex_on_face |= moves_[first_of(contact.key)] != 0;
-    const Index surface = model.surface_of_triangle[second_of(contact.key)];
+    const Index surface = model.surface_of_triangle(second_of(contact.key));
     if (model.surfaces[surface].smooth) on_smooth.push_back({first_of(contact.key), surface});
   }
   totals.n = static_cast<std::int64_t>(found.size() - on_smooth.size());

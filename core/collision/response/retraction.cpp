@@ -32,7 +32,7 @@ struct RigidSurface {
 bool accelerates(const CollisionModel& model, const Vector& inverse_mass,
                  const std::vector<Index>& vertices) {
   return std::all_of(vertices.begin(), vertices.end(), [&](Index v) {
-    return model.surfaces[model.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth &&
+    return model.surfaces[model.surface_of_vertex(v)].kind == CollisionSurface::Kind::Cloth &&
            inverse_mass[v] > 0.0;
   });
 }

@@ -28,8 +28,8 @@ std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& mode
                                                       const Points& points) {
   auto pairs = intersecting_pairs(points, model.triangles);
   std::erase_if(pairs, [&](const std::array<Index, 2>& pair) {
-    return !kept_apart(model, model.surface_of_triangle[pair[0]],
-                       model.surface_of_triangle[pair[1]]);
+    return !kept_apart(model, model.surface_of_triangle(pair[0]),
+                       model.surface_of_triangle(pair[1]));
   });
   return pairs;
 }

@@ -33,8 +33,8 @@ bool share_a_vertex(const Piercing& p) {
 
 bool attached(const CollisionModel& model, const Piercing& p) {
   if (model.attached_surface.empty()) return false;
-  const Index of_edge = model.surface_of_edge[p.edge],
-              of_triangle = model.surface_of_triangle[p.triangle];
+  const Index of_edge = model.surface_of_edge(p.edge),
+              of_triangle = model.surface_of_triangle(p.triangle);
   for (int k = 0; k < 5; ++k)
     if (model.attached_surface[p.vertices[k]] == (k < 2 ? of_triangle : of_edge)) return true;
   return false;
@@ -80,7 +80,7 @@ std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v)
 }
 
 bool is_cloth(const CollisionModel& model, Index v) {
-  return model.surfaces[model.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
+  return model.surfaces[model.surface_of_vertex(v)].kind == CollisionSurface::Kind::Cloth;
 }
 
 }  // namespace
@@ -115,14 +115,14 @@ void TangleFinder::pierce(const Points& x, Tangle& tangle) const {
       const auto& v = p.vertices;
       if (share_a_vertex(p) || attached(model_, p) || !pierces(x, v)) continue;
       p.weights = weights_of(x, v);
-      const CollisionSurface &a = model_.surfaces[model_.surface_of_edge[edge]],
-                             &b = model_.surfaces[model_.surface_of_triangle[triangle]];
+      const CollisionSurface &a = model_.surfaces[model_.surface_of_edge(edge)],
+                             &b = model_.surfaces[model_.surface_of_triangle(triangle)];
       p.thickness = 0.5 * (a.thickness + b.thickness);
       tangle.piercings.push_back(p);
     }
   };
   MedianTree(boxes).each_pair([&](Index i, Index j) {
-    if (!kept_apart(model_, model_.surface_of_triangle[i], model_.surface_of_triangle[j])) return;
+    if (!kept_apart(model_, model_.surface_of_triangle(i), model_.surface_of_triangle(j))) return;
     test(i, j);
     test(j, i);
   });

@@ -16,7 +16,7 @@ namespace {
 // its index in the user's mesh of this surface.
 std::string place(const Model& model, Index triangle) {
   const CollisionSurface& surface =
-      model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
+      model.collision.surfaces[model.collision.surface_of_triangle(triangle)];
   Index local = triangle - surface.first_triangle;
   if (surface.kind == CollisionSurface::Kind::Cloth) {
     Index first = 0;  // number of triangles in preceding cloths

@@ -107,11 +107,8 @@ void add_surface(CollisionModel& collision, CollisionSurface surface, const Tria
   surface.n_vertices = n_vertices;
   surface.first_triangle = static_cast<Index>(collision.triangles.rows());
   surface.n_triangles = static_cast<Index>(triangles.rows());
-  const Index id = static_cast<Index>(collision.surfaces.size());
   collision.triangles.conservativeResize(collision.triangles.rows() + triangles.rows(), 3);
   collision.triangles.bottomRows(triangles.rows()) = triangles.array() + surface.first_vertex;
-  collision.surface_of_vertex.insert(collision.surface_of_vertex.end(), n_vertices, id);
-  collision.surface_of_triangle.insert(collision.surface_of_triangle.end(), triangles.rows(), id);
   collision.n_vertices += n_vertices;
   collision.surfaces.push_back(std::move(surface));
 }
@@ -272,13 +269,7 @@ void build_collision(const Scene& scene, Model& model) {
   add_body_surfaces(scene, largest > 0.0 ? largest : 1e-3, model);
   CollisionModel& collision = model.collision;
   collision.gap_floor = gap_floor_of_thickness * least_thickness(collision);
-  const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
-  collision.edges = table.edges;
-  collision.surface_of_edge.resize(collision.edges.rows());
-  for (Index e = 0; e < collision.edges.rows(); ++e)
-    collision.surface_of_edge[e] = collision.surface_of_vertex[collision.edges(e, 0)];
-  collision.surface_of_vertex.shrink_to_fit();
-  collision.surface_of_triangle.shrink_to_fit();
+  collision.edges = edge_table(collision.n_vertices, collision.triangles).edges;
   number_rows(model);
   // The factor 3 is our choice. With stiffer contacts, the solver needs more iterations. With
   // softer contacts, surfaces come closer to each other.

@@ -24,7 +24,7 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
       engines.world ? engines.world->supported() : std::vector<std::uint8_t>();
   for (Index b = 0; b < model.n_bodies(); ++b) {
     FreeBody& body = bodies[b];
-    body.surface = model.collision.surface_of_vertex[model.bodies[b].first];
+    body.surface = model.collision.surface_of_vertex(model.bodies[b].first);
     body.local = &model.bodies[b].local;
     body.inverse_mass = 1.0 / model.body_mass[b].mass;
     body.inverse_inertia = loads.body_mass[2 * b + 1].inverse();

@@ -157,7 +157,7 @@ void add_limit_forces(const Points& x, const ContactTotals& contacts, const Engi
   elasticity.add_phase_forces(engines.team, x, rows.begin, rows.end, of_limits);
   if (elasticity.divided()) gather_rows(engines.layout, of_limits);
   for (Index v = 0; v < x.rows(); ++v)
-    if (loaded[collision.surface_of_vertex[v]])
+    if (loaded[collision.surface_of_vertex(v)])
       forces.row(v) += share_of_limit_forces * of_limits.row(v);
 }
 
@@ -244,7 +244,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
 std::vector<std::uint8_t> vertices_at_obstacles(const State& state, const Model& model) {
   const CollisionModel& collision = model.collision;
   const auto kind = [&](Index v) {
-    return collision.surfaces[collision.surface_of_vertex[v]].kind;
+    return collision.surfaces[collision.surface_of_vertex(v)].kind;
   };
   std::vector<std::uint8_t> touch;
   for (const ContactState::Anchor& anchor : state.contacts.anchors) {
@@ -267,7 +267,7 @@ void find_forced_limits(const State& state, Engines& engines, NearContacts& near
   const Model& model = engines.model;
   std::vector<std::uint8_t> touch = vertices_at_obstacles(state, model);
   if (touch.empty()) return;
-  const auto surface = [&](Index v) { return model.collision.surface_of_vertex[v]; };
+  const auto surface = [&](Index v) { return model.collision.surface_of_vertex(v); };
   std::vector<std::uint8_t> forced(model.collision.surfaces.size(), 0);
   bool any = false;
   for (const Index t : engines.limiter->measure(engines.team, state.cloth.x).broken_elements())
@@ -287,7 +287,7 @@ std::vector<std::uint8_t> loaded_by_bodies(const Model& model, const ContactTota
   for (std::size_t s = 0; s < loaded.size(); ++s)
     loaded[s] = collision.surfaces[s].kind == Kind::Body;
   for (const AttachedVertex& attached : model.attachments)
-    loaded[collision.surface_of_vertex[attached.row]] = 1;
+    loaded[collision.surface_of_vertex(attached.row)] = 1;
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [a, b] : contacts.surfaces)

@@ -111,10 +111,12 @@ TEST_CASE("surfaces that do not intersect are not tangled, nor is one without se
       none.ignores(scene.model, ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
 
   // Treats both sheets as one surface; self-intersections count only with self-collision.
-  for (Index& s : scene.model.surface_of_triangle) s = 0;
-  for (Index& s : scene.model.surface_of_edge) s = 0;
+  std::vector<CollisionSurface>& surfaces = scene.model.surfaces;
+  surfaces[0].n_vertices += surfaces[1].n_vertices;
+  surfaces[0].n_triangles += surfaces[1].n_triangles;
+  surfaces.pop_back();
   CHECK_FALSE(finder.find(scene.x).empty());
-  scene.model.surfaces[0].self_collision = false;
+  surfaces[0].self_collision = false;
   CHECK(finder.find(scene.x).empty());
 }
 

@@ -156,8 +156,10 @@ def test_inconsistent_motions_are_refused():
         return ls._core.CollisionRecord(**values | changed)
 
     CollisionReplay(record())
-    with pytest.raises(ls.InvalidInput, match="surface 0 must lie within"):
+    with pytest.raises(ls.InvalidInput, match="must contain all 3 vertices and 1 triangles.*got 4"):
         CollisionReplay(record(surfaces=[[0, 0, 4, 0, 1, 1]]))
+    with pytest.raises(ls.InvalidInput, match="surface 0 must begin with vertex 0 and triangle 0"):
+        CollisionReplay(record(surfaces=[[0, 1, 2, 0, 1, 1]]))
     with pytest.raises(ls.InvalidInput, match="kind of a surface"):
         record(surfaces=[[3, 0, 3, 0, 1, 1]])
     with pytest.raises(ls.InvalidInput, match="thickness must have one entry"):
