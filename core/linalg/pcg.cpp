@@ -70,7 +70,7 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
   const RowLayout& layout = solve.loops.layout();
   if (m.slices.set_pattern(system.matrix, {rows, layout.begin(), layout.end()}))
     m.preconditioner.forget_pattern();
-  m.x.resize(row_at(rows + 1));
+  m.x.resize(row_at(layout.end() - layout.begin() + 1));
   m.residual.resize(slice_at(m.slices.n_slices()));
   m.single.resize(m.slices);
   set_terms(solve);
@@ -120,8 +120,7 @@ Guess look_at(const PcgSolve& solve, const Points& guess) {
     for (Index row = begin; row < end; ++row) {
       if (!guess.row(row).isZero(0.0))
         flags |= 1 << (is_fixed(solve.system, row) ? FixedValue : FreeValue);
-      if (m.has_iteration &&
-          guess.row(row).transpose() != Eigen::Map<const Vec3>(m.x.data() + row_at(row)))
+      if (m.has_iteration && guess.row(row).transpose() != Eigen::Map<const Vec3>(solve.x_at(row)))
         flags |= 1 << Differs;
     }
     seen[block] = static_cast<std::uint8_t>(flags);
@@ -137,12 +136,12 @@ Guess look_at(const PcgSolve& solve, const Points& guess) {
 // Sets x. Fixed rows are copied from the guess. Free rows are copied from the guess if `free_rows`
 // is set, and are set to zero otherwise.
 void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
-  std::vector<double>& x = solve.memory.x;
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     for (Index row = begin; row < end; ++row) {
       const bool taken = free_rows || is_fixed(solve.system, row);
-      for (int d = 0; d < 3; ++d) x[row_at(row) + d] = taken ? guess(row, d) : 0.0;
-      x[row_at(row) + 3] = 0.0;
+      double* const x = solve.x_at(row);
+      for (int d = 0; d < 3; ++d) x[d] = taken ? guess(row, d) : 0.0;
+      x[3] = 0.0;
     }
   });
 }
@@ -172,7 +171,7 @@ void write_solution(const PcgSolve& solve, Points& x) {
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     for (Index row = begin; row < end; ++row)
       if (!is_fixed(solve.system, row))
-        x.row(row) = Eigen::Map<const Vec3>(solve.memory.x.data() + row_at(row)).transpose();
+        x.row(row) = Eigen::Map<const Vec3>(solve.x_at(row)).transpose();
   });
   solve.loops.layout().gather(x.data(), 3);
 }

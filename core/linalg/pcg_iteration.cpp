@@ -41,10 +41,11 @@ template <class Scalar>
 void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   PcgMemory& m = solve.memory;
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
-    pcg::update_direction({m.slices.first_slice(begin), m.slices.last_slice(end),
-                           m.slices.rows.data(), m.preconditioner.slots()},
-                          {length, static_cast<Scalar>(k.beta)},
-                          {k.z.data(), m.preconditioner.correction()}, k.p.data(), m.x.data());
+    pcg::update_direction(
+        {m.slices.first_slice(begin), m.slices.last_slice(end), m.slices.rows.data(),
+         m.preconditioner.slots(), solve.loops.layout().begin(), solve.loops.layout().end()},
+        {length, static_cast<Scalar>(k.beta)}, {k.z.data(), m.preconditioner.correction()},
+        k.p.data(), m.x.data());
   });
 }
 
@@ -151,7 +152,7 @@ double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRu
     ++iterations;
   }
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
-    pcg::move(begin, end, length, k.p.data(), m.x.data());
+    pcg::move(end - begin, length, k.p.data() + row_at(begin), solve.x_at(begin));
   });
   return k.norm * m.b_norm;
 }

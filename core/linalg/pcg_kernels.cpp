@@ -1,5 +1,7 @@
 #include "core/linalg/pcg_kernels.h"
 
+#include <algorithm>
+
 #include "core/base/lane_bits.h"
 #include "core/linalg/lanes3.h"
 
@@ -21,13 +23,12 @@ LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, cons
     });
 }
 
+// Updates one row of p and x; see update_direction(). p and x point to this row.
 template <class Scalar, class Row>
-LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Row& z, Scalar* p,
-                                 double* x) {
-  const std::size_t i = 4 * static_cast<std::size_t>(row);
-  const Row old = quad_load(p + i);
-  quad_store(x + i, quad_load(x + i) + length * widened(old));
-  quad_store(p + i, z + beta * old);
+LOOMSTONE_INLINE void update_row(double length, Scalar beta, const Row& z, Scalar* p, double* x) {
+  const Row old = quad_load(p);
+  quad_store(x, quad_load(x) + length * widened(old));
+  quad_store(p, z + beta * old);
 }
 
 template <class Lanes, class Scalar>
@@ -35,16 +36,17 @@ LOOMSTONE_INLINE void directions(SliceRows on, DirectionFactors<Scalar> factors,
                                  PreconditionedResidual<Scalar> residual, Scalar* p, double* x) {
   using Vector = LanesOf<Lanes, Scalar>;
   for (std::size_t g = on.first; g < static_cast<std::size_t>(on.last); ++g)
-    for_each_row(
-        load_rows<Vector>(residual.z + 24 * g), [&](int l, auto row) LOOMSTONE_INLINE_LAMBDA {
-          const std::size_t place = 8 * g + l;
-          if (residual.correction) {
-            const FloatQuad more =
-                quad_load(residual.correction + 4 * static_cast<std::size_t>(on.slots[place]));
-            row += __builtin_convertvector(more, decltype(row));
-          }
-          update_row(on.rows[place], factors.length, factors.beta, row, p, x);
-        });
+    for_each_row(load_rows<Vector>(residual.z + 24 * g), [&](int l,
+                                                             auto row) LOOMSTONE_INLINE_LAMBDA {
+      const std::size_t place = 8 * g + l;
+      if (residual.correction) {
+        const FloatQuad more =
+            quad_load(residual.correction + 4 * static_cast<std::size_t>(on.slots[place]));
+        row += __builtin_convertvector(more, decltype(row));
+      }
+      const std::size_t of_p = on.rows[place], of_x = std::min(on.rows[place], on.end) - on.begin;
+      update_row(factors.length, factors.beta, row, p + 4 * of_p, x + 4 * of_x);
+    });
 }
 
 template <class Vector>
@@ -110,9 +112,8 @@ LOOMSTONE_INLINE double step(Index first, Index last, Scalar alpha, const Scalar
 }
 
 template <class, class Scalar>
-LOOMSTONE_INLINE void moved(Index begin, Index end, double length, const Scalar* p, double* x) {
-  for (std::size_t i = 4 * static_cast<std::size_t>(begin); i < 4 * static_cast<std::size_t>(end);
-       ++i)
+LOOMSTONE_INLINE void moved(Index n, double length, const Scalar* p, double* x) {
+  for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(n); ++i)
     x[i] += length * static_cast<double>(p[i]);
 }
 
@@ -177,11 +178,11 @@ double take_step(Index first, Index last, double alpha, const double* q, const d
   return LOOMSTONE_WIDEST(step)(first, last, alpha, q, inverse, out);
 }
 
-void move(Index begin, Index end, double length, const float* p, double* x) {
-  LOOMSTONE_WIDEST(moved)(begin, end, length, p, x);
+void move(Index n, double length, const float* p, double* x) {
+  LOOMSTONE_WIDEST(moved)(n, length, p, x);
 }
-void move(Index begin, Index end, double length, const double* p, double* x) {
-  LOOMSTONE_WIDEST(moved)(begin, end, length, p, x);
+void move(Index n, double length, const double* p, double* x) {
+  LOOMSTONE_WIDEST(moved)(n, length, p, x);
 }
 
 }  // namespace loomstone::pcg

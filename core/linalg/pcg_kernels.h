@@ -1,6 +1,6 @@
 // Vector kernels of conjugate gradients in single and double precision, for eight rows at once.
-// Directions and solutions have four numbers per row; the fourth is zero. Residuals r, z = D^-1 r
-// and products q have the shape (slices x 3 x 8). Inverse diagonal blocks D^-1 have the shape
+// Directions p and solutions x have four numbers per row; the fourth is zero. Residuals r, z = D^-1
+// r and products q have the shape (slices x 3 x 8). Inverse diagonal blocks D^-1 have the shape
 // (slices x 6 x 8), with the entries 00 01 02 11 12 22. Dot products are accumulated in double
 // precision.
 #pragma once
@@ -24,6 +24,9 @@ void add_up(Index first, Index last, const Index* slots, const double* v, double
 struct SliceRows {
   Index first, last;
   const Index *rows, *slots;  // (all slices x 8)
+  // Rows [begin, end) of this rank. x begins with row `begin`. Empty lanes, whose row is not below
+  // `end`, belong to the row of x after these rows.
+  Index begin, end;
 };
 template <class Scalar>
 struct DirectionFactors {
@@ -57,8 +60,8 @@ double take_step(Index first, Index last, float alpha, const float* q, const flo
 double take_step(Index first, Index last, double alpha, const double* q, const double* inverse,
                  Residuals<double> out);
 
-// Computes x += length p on rows [begin, end).
-void move(Index begin, Index end, double length, const float* p, double* x);
-void move(Index begin, Index end, double length, const double* p, double* x);
+// Computes x += length p on n rows.
+void move(Index n, double length, const float* p, double* x);
+void move(Index n, double length, const double* p, double* x);
 
 }  // namespace loomstone::pcg

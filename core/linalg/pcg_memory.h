@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include "core/base/bytes.h"
@@ -57,8 +58,8 @@ struct PcgMemory {
   Krylov<float> single;
   Krylov<double> wide;      // filled only if single precision does not suffice
   bool has_matrix = false;  // `single.matrix` and the preconditioner belong to the last matrix
-  // Vectors of the iteration. x has four numbers per row, and one more row for empty lanes.
-  // residual is stored by slices.
+  // Vectors of the iteration. x has the rows of this rank, with four numbers per row, and one more
+  // row for empty lanes. residual is stored by slices.
   std::vector<double> x, residual;
   // The larger of least_norm() and the norm of the residual for x = 0 on free rows.
   double b_norm = 0.0;
@@ -75,11 +76,26 @@ struct PcgSolve {
   RowLoops loops;
   PcgMemory& memory;
 
-  // Updates the rows of v that the product A v needs from other ranks. Evaluates the terms at v.
-  template <class Scalar>
-  void refresh(Scalar* v) const {
-    loops.layout().exchange(memory.halo, v, 4);
-    memory.terms.evaluate(loops.team(), v);
+  double* x_at(Index row) const { return memory.x.data() + row_at(row - loops.layout().begin()); }
+  // A vector with four numbers for each row of the system.
+  struct WholeVector {
+    const double* data;
+    std::unique_ptr<double[]> room;  // memory of `data`, unless this is PcgMemory::x
+  };
+  // Returns x in the rows of this rank and in those rows of other ranks that the product A x needs.
+  // Other rows are undefined. Evaluates the terms at x. Collective.
+  WholeVector whole_x() const {
+    const RowLayout& layout = loops.layout();
+    WholeVector whole{memory.x.data(), nullptr};
+    if (!layout.single()) {
+      whole.room = std::make_unique_for_overwrite<double[]>(row_at(layout.n_rows()));
+      whole.data = whole.room.get();
+      std::copy_n(memory.x.data(), row_at(layout.end() - layout.begin()),
+                  whole.room.get() + row_at(layout.begin()));
+      layout.exchange(memory.halo, whole.room.get(), 4);
+    }
+    memory.terms.evaluate(loops.team(), whole.data);
+    return whole;
   }
 
   // Returns the index of a row's first component in vectors stored by slices. The other two

@@ -18,10 +18,10 @@ double square_of_residual(const PcgMemory& m, Index begin, Index end) {
 
 double true_residual(PcgSolve& solve, const RowsIn& b, bool x_is_zero) {
   PcgMemory& m = solve.memory;
-  if (!x_is_zero) solve.refresh(m.x.data());
+  const PcgSolve::WholeVector x = x_is_zero ? PcgSolve::WholeVector{} : solve.whole_x();
   return std::sqrt(solve.loops.sum_over_blocks([&](Index begin, Index end) {
     alignas(64) double product[4 * rows_per_block];
-    if (!x_is_zero) multiply_system(solve.system, m.terms, begin, end, m.x.data(), product);
+    if (!x_is_zero) multiply_system(solve.system, m.terms, begin, end, x.data, product);
     for (Index row = begin; row < end; ++row) {
       const bool fixed = is_fixed(solve.system, row);
       solve.set_row(row, m.residual, [&](std::size_t, int d) {
@@ -49,7 +49,7 @@ double least_norm(PcgSolve& solve) {
 
 double known_residual(PcgSolve& solve, const RowsIn& b) {
   PcgMemory& m = solve.memory;
-  solve.refresh(m.x.data());
+  solve.whole_x();  // evaluates the terms
   return std::sqrt(solve.loops.sum_over_blocks([&](Index begin, Index end) {
     for (Index row = begin; row < end; ++row) {
       const bool fixed = is_fixed(solve.system, row);
@@ -69,7 +69,7 @@ double known_residual(PcgSolve& solve, const RowsIn& b) {
 
 void keep_iteration(PcgSolve& solve, const RowsIn& b) {
   PcgMemory& m = solve.memory;
-  solve.refresh(m.x.data());
+  solve.whole_x();  // evaluates the terms
   m.matrix_times_x.resize(m.residual.size());
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     for (Index row = begin; row < end; ++row)
