@@ -1,6 +1,9 @@
 #include "core/collision/broad_phase/partition_trees.h"
 
 #include <algorithm>
+#include <numeric>
+
+#include "core/collision/broad_phase/cluster_members.h"
 
 namespace loomstone {
 
@@ -69,7 +72,6 @@ PartitionTrees::PartitionTrees(const CollisionModel& model, const std::vector<Su
       surfaces_(model.surfaces.size()),
       pair_of_(surfaces_.size() * surfaces_.size(), -1),
       vertex_boxes_(model.n_vertices) {
-  vertex_boxes_.add(0, model.n_vertices);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     pair_of_[pairs[i].a * surfaces_.size() + pairs[i].b] = static_cast<Index>(i);
   const std::int64_t n_cloth = std::max<Index>(1, n_cloth_vertices(model)), parts = n_parts;
@@ -114,25 +116,73 @@ void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
     triangle_ids_.insert(triangle_ids_.end(), own.triangles.begin(), own.triangles.end());
     edge_ids_.insert(edge_ids_.end(), own.edges.begin(), own.edges.end());
     const std::size_t first_cluster = n_clusters();
+    std::vector<Index> vertices(triangles.data(), triangles.data() + triangles.size());
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    vertices.shrink_to_fit();
     parts_.push_back({s,
                       ClusterTree(std::move(triangles), first_triangle, std::move(edges),
                                   first_edge, std::move(foreign)),
-                      first_cluster});
+                      first_cluster, std::move(vertices)});
   }
   surfaces_[s].last_part = n_hierarchies();
 }
 
-void PartitionTrees::refit(const Team& team, const InflatedMotion& motion, bool may_rebuild) {
+// Replaces all vertex boxes by those of `vertices`.
+void PartitionTrees::find_vertex_boxes(const Team& team, const InflatedMotion& motion,
+                                       const std::vector<Index>& vertices) {
+  vertex_boxes_.begin();
+  vertex_boxes_.add(vertices);
   parallel_for(
-      team, model_.n_vertices,
-      [&](Index v) {
+      team, static_cast<Index>(vertices.size()),
+      [&](Index i) {
+        const Index v = vertices[i];
         const std::size_t at = 3 * static_cast<std::size_t>(v);
         vertex_boxes_[v] = packed(slabs_of(motion.x0.data() + at, motion.x1.data() + at,
                                            motion.inflation[model_.surface_of_vertex(v)]));
       },
       2048);
+}
+
+void PartitionTrees::refit(const Team& team, const InflatedMotion& motion, bool may_rebuild) {
+  std::vector<Index> all(model_.n_vertices);
+  std::iota(all.begin(), all.end(), 0);
+  find_vertex_boxes(team, motion, all);
   for (Part& part : parts_)
     part.tree.refit(team, motion.x0, vertex_boxes_, motion.inflation[part.surface], may_rebuild);
+  join_roots();
+}
+
+void PartitionTrees::refit_nodes(const Team& team, const InflatedMotion& motion,
+                                 bool may_rebuild) {
+  for (Part& part : parts_) {
+    find_vertex_boxes(team, motion, part.vertices);
+    part.tree.refit_nodes(team, motion.x0, vertex_boxes_, motion.inflation[part.surface],
+                          may_rebuild);
+  }
+  join_roots();
+}
+
+void PartitionTrees::refit_features(const Team& team, const InflatedMotion& motion,
+                                    const std::vector<NodeTest>& leaves) {
+  std::vector<std::vector<std::uint8_t>> marked;  // (hierarchies x clusters)
+  for (const Part& part : parts_) marked.emplace_back(part.tree.n_clusters(), 0);
+  VertexSet vertices(model_.n_vertices);
+  const auto mark = [&](Index hierarchy, Index cluster) {
+    if (std::exchange(marked[hierarchy][cluster], 1)) return;
+    parts_[hierarchy].tree.each_corner(cluster, [&](Index v) { vertices.add(v); });
+  };
+  for (const NodeTest& test : leaves) {
+    mark(test.hierarchy_a, index_of(test.node_a));
+    mark(test.hierarchy_b, index_of(test.node_b));
+  }
+  find_vertex_boxes(team, motion, vertices.vertices());
+  for (Index h = 0; h < n_hierarchies(); ++h)
+    parts_[h].tree.refit_features_of(team, marked[h], vertex_boxes_);
+}
+
+// Sets the box of each surface.
+void PartitionTrees::join_roots() {
   for (Surface& surface : surfaces_) {
     surface.box = empty_slabs();
     for (Index part = surface.first_part; part < surface.last_part; ++part)
@@ -251,7 +301,7 @@ void PartitionTrees::expand(const NodeTest& test, std::vector<NodeTest>& stack,
 
 std::size_t PartitionTrees::bytes() const {
   std::size_t sum = bytes_of(vertex_boxes_, triangle_ids_, edge_ids_, pair_of_);
-  for (const Part& part : parts_) sum += part.tree.bytes();
+  for (const Part& part : parts_) sum += part.tree.bytes() + bytes_of(part.vertices);
   return sum;
 }
 

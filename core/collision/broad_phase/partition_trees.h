@@ -36,6 +36,11 @@ class PartitionTrees {
   // Recomputes all boxes. If `may_rebuild` is set, hierarchies whose boxes have grown too much are
   // built again at motion.x0.
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
+  // Together do the same as refit(), but omit the boxes of features that `leaves` do not compare.
+  // `leaves` are tests of two clusters.
+  void refit_nodes(const Team& team, const InflatedMotion& motion, bool may_rebuild);
+  void refit_features(const Team& team, const InflatedMotion& motion,
+                      const std::vector<NodeTest>& leaves);
 
   // Top-level tests compare each partition with itself, with each other partition, and with each
   // body or obstacle, if their surfaces may collide and the boxes of these surfaces overlap. Test i
@@ -84,7 +89,8 @@ class PartitionTrees {
   struct Part {
     Index surface;
     ClusterTree tree;
-    std::size_t first_cluster;  // index of its first cluster
+    std::size_t first_cluster;    // index of its first cluster
+    std::vector<Index> vertices;  // in ascending order
   };
   // The hierarchies of a surface are those with the indices first_part to last_part - 1.
   struct Surface {
@@ -112,6 +118,9 @@ class PartitionTrees {
   Index surface_pair(const Part& a, const Part& b) const {
     return pair_of_[a.surface * surfaces_.size() + b.surface];
   }
+  void join_roots();
+  void find_vertex_boxes(const Team& team, const InflatedMotion& motion,
+                         const std::vector<Index>& vertices);
   void add_root_test(Index a, Index b, std::vector<NodeTest>& tests) const;
 
   const CollisionModel& model_;

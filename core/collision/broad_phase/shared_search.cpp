@@ -36,7 +36,10 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
   still_ = &motion.x0 == &motion.x1;
   // Only boxes of vertices at rest show whether a tree is still compact, so trees are rebuilt only
   // in searches in which no vertex moves.
-  trees_.refit(team, motion, still_);
+  if (refits_only_compared())
+    trees_.refit_nodes(team, motion, still_);
+  else
+    trees_.refit(team, motion, still_);
   scratch_.resize(std::max(1, team.threads));
   SearchDeal& deal = deals_[still_];
   measures_ = !recorded_ && decomposition_ == Decomposition::Dynamic && n_parts_ > 1 &&
@@ -46,9 +49,7 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
       trees_.expand(test, stack, scratch_[thread]);
       return;
     }
-    trees_.features(test, scratch_[thread], [&](Index pair, ContactKind kind, PairKey key) {
-      if (!broad_phase_.attached(kind, key)) take(thread, pair, kind, key);
-    });
+    features(thread, test, take);
   };
   const TaskPool::Perform perform = [&](int thread, const NodeTest& test,
                                         std::vector<NodeTest>& stack) {
@@ -69,6 +70,10 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
         recorded_->deal_exchanges = SearchDeal::exchanges(), recorded_->deal_bytes = deal.bytes();
       return;
     }
+    if (refits_only_compared()) {
+      compare(team, motion, take);
+      return;
+    }
     std::vector<NodeTest> tests = first_tests(communicator_->rank(), communicator_->size());
     if (decomposition_ == Decomposition::Dynamic)
       report_ = pool_.run(team, std::move(tests), perform);
@@ -77,6 +82,44 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
   } catch (...) {
     failure_ = std::current_exception();
   }
+}
+
+// Returns whether a rank refits only those features that it compares, after it has found the
+// clusters that overlap. It then needs less memory. A rank that passes tests to other ranks, or
+// compares all clusters of a cloth, refits all features.
+bool SharedSearch::refits_only_compared() const {
+  return decomposition_ == Decomposition::Static && traversal_ == Traversal::Loops && !recorded_ &&
+         communicator_->size() > 1;
+}
+
+// Performs all tests of this rank in a static search: finds the pairs of clusters that overlap,
+// refits their features, then compares these features.
+void SharedSearch::compare(const Team& team, const InflatedMotion& motion, const Take& take) {
+  std::vector<std::vector<NodeTest>> of_thread(scratch_.size());
+  traverse(team, first_tests(communicator_->rank(), communicator_->size()),
+           [&](int thread, const NodeTest& test, std::vector<NodeTest>& stack) {
+             if (PartitionTrees::leaf(test))
+               of_thread[thread].push_back(test);
+             else
+               trees_.expand(test, stack, scratch_[thread]);
+           });
+  std::vector<NodeTest> leaves;
+  for (const std::vector<NodeTest>& part : of_thread)
+    leaves.insert(leaves.end(), part.begin(), part.end());
+  trees_.refit_features(team, motion, leaves);
+  constexpr Index at_once = 64;
+  const Index n = static_cast<Index>(leaves.size());
+  parallel_tasks(team, (n + at_once - 1) / at_once, [&](Index range) {
+    for (Index i = range * at_once; i < std::min(n, (range + 1) * at_once); ++i)
+      features(thread_number(), leaves[i], take);
+  });
+}
+
+// Passes the pairs of features with overlapping boxes in the two clusters of a test to take().
+void SharedSearch::features(int thread, const NodeTest& leaf, const Take& take) {
+  trees_.features(leaf, scratch_[thread], [&](Index pair, ContactKind kind, PairKey key) {
+    if (!broad_phase_.attached(kind, key)) take(thread, pair, kind, key);
+  });
 }
 
 // Returns the tests with which a rank starts the current search.

@@ -90,6 +90,9 @@ class SharedSearch {
 
  private:
   std::vector<NodeTest> first_tests(int rank, int n_ranks) const;
+  bool refits_only_compared() const;
+  void compare(const Team& team, const InflatedMotion& motion, const Take& take);
+  void features(int thread, const NodeTest& leaf, const Take& take);
   void traverse(const Team& team, std::vector<NodeTest> tests, const TaskPool::Perform& perform);
 
   const BroadPhase& broad_phase_;
