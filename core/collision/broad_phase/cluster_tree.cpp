@@ -152,16 +152,18 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
 
 }  // namespace
 
-ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges, Index first_edge,
-                         std::vector<Index> foreign)
-    : first_triangle_(first_triangle),
-      n_triangles_(static_cast<Index>(triangles.rows())),
-      first_edge_(first_edge),
-      n_edges_(static_cast<Index>(edges.rows())),
-      own_triangles_(std::move(triangles)),
-      own_edges_(std::move(edges)),
+ClusterTree::ClusterTree(const CollisionModel& model, std::vector<Index> triangles,
+                         std::vector<Index> edges, std::vector<Index> foreign)
+    : model_(&model),
+      n_triangles_(static_cast<Index>(triangles.size())),
+      n_edges_(static_cast<Index>(edges.size())),
+      triangles_(std::move(triangles)),
+      edges_(std::move(edges)),
       foreign_(std::move(foreign)) {
+  for (std::vector<Index>* const ids : {&triangles_, &edges_}) ids->shrink_to_fit();
   std::sort(foreign_.begin(), foreign_.end());
+  foreign_.erase(std::unique(foreign_.begin(), foreign_.end()), foreign_.end());
+  foreign_.shrink_to_fit();
   add_levels();
 }
 
@@ -222,13 +224,12 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
 // Sets the corners of groups of faces or edges; see Features::corners.
 void ClusterTree::find_corners(const Features& features, IndexRange groups, Index* corners) const {
   const int n_corners = features.n_corners;
-  const bool faces = &features == &faces_;
-  const Index* const of_feature = faces ? triangles().data() : tree_edges().data();
-  const Index first_id = faces ? first_triangle_ : first_edge_;
+  const Index* const of_feature =
+      &features == &faces_ ? model_->triangles.data() : model_->edges.data();
   for (Index g = groups.begin; g < groups.end; ++g, corners += n_corners * slab_lanes)
     for (int lane = 0; lane < slab_lanes; ++lane) {
       const Index id = features.id[slab_lanes * g + lane];
-      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(n_corners) * (id - first_id);
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(n_corners) * id;
       for (int k = 0; k < n_corners; ++k)
         corners[k * slab_lanes + lane] = id >= 0 ? of_feature[first + k] : -1;
     }
@@ -236,13 +237,11 @@ void ClusterTree::find_corners(const Features& features, IndexRange groups, Inde
 
 void ClusterTree::form(const Points& x) {
   ++version_;
-  const Eigen::Map<const Triangles> triangles = this->triangles();
-  const Eigen::Map<const Edges> edges = tree_edges();
   const Index n = n_triangles_;
+  const auto corner = [&](Index t, int k) { return model_->triangles(triangle_id(t), k); };
   Points centres(n, 3);
   for (Index t = 0; t < n; ++t)
-    centres.row(t) =
-        (x.row(triangles(t, 0)) + x.row(triangles(t, 1)) + x.row(triangles(t, 2))) / 3.0;
+    centres.row(t) = (x.row(corner(t, 0)) + x.row(corner(t, 1)) + x.row(corner(t, 2))) / 3.0;
   std::vector<Index> order(n), cluster_of_face(n);
   for (Index t = 0; t < n; ++t) order[t] = t;
   order_by_halves(centres, order.data(), n);
@@ -250,20 +249,25 @@ void ClusterTree::form(const Points& x) {
 
   // Assigns each edge, and each vertex that is not foreign, to one of the clusters that contain its
   // faces: the one with the fewest edges (or vertices) so far, which leaves few lanes empty.
-  const Index first = n > 0 ? triangles.minCoeff() : 0,
-              n_vertices = n > 0 ? triangles.maxCoeff() - first + 1 : 0;
+  Index first = n > 0 ? corner(0, 0) : 0, last = first - 1;
+  for (Index i = 0; i < 3 * n; ++i) {
+    first = std::min(first, corner(i / 3, i % 3));
+    last = std::max(last, corner(i / 3, i % 3));
+  }
+  const Index n_vertices = last - first + 1;
   std::vector<Index> start(n_vertices + 2, 0),
       faces_of(3 * static_cast<std::size_t>(n));  // faces of all vertices, sorted by vertex
-  for (Index i = 0; i < triangles.size(); ++i) ++start[triangles.data()[i] - first + 2];
+  for (Index i = 0; i < 3 * n; ++i) ++start[corner(i / 3, i % 3) - first + 2];
   for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
-  for (Index i = 0; i < triangles.size(); ++i)
-    faces_of[start[triangles.data()[i] - first + 1]++] = i / 3;
+  for (Index i = 0; i < 3 * n; ++i) faces_of[start[corner(i / 3, i % 3) - first + 1]++] = i / 3;
   std::vector<Index> owned;
   const auto give = [&](Index vertex, Index other_vertex) {
     Index cluster = -1;
     for (Index i = start[vertex - first]; i < start[vertex - first + 1]; ++i) {
       const Index t = faces_of[i];
-      if (other_vertex >= 0 && (triangles.row(t).array() != other_vertex).all()) continue;
+      if (other_vertex >= 0 &&
+          (model_->triangles.row(triangle_id(t)).array() != other_vertex).all())
+        continue;
       const Index c = cluster_of_face[t];
       if (cluster < 0 || owned[c] < owned[cluster]) cluster = c;
     }
@@ -279,16 +283,16 @@ void ClusterTree::form(const Points& x) {
     cluster_of_vertex.push_back(give(first + i, -1));
   }
   owned.assign(n_clusters_, 0);
-  for (Index e = 0; e < edges.rows(); ++e)
-    cluster_of_edge.push_back(give(edges(e, 0), edges(e, 1)));
+  for (Index e = 0; e < n_edges_; ++e)
+    cluster_of_edge.push_back(give(model_->edges(edge_id(e), 0), model_->edges(edge_id(e), 1)));
 
   assign(faces_, cluster_of_face, 3);
   assign(edge_features_, cluster_of_edge, 2);
   assign(vertices_, cluster_of_vertex, 1);
   for (Index& id : faces_.id)
-    if (id >= 0) id += first_triangle_;
+    if (id >= 0) id = triangle_id(id);
   for (Index& id : edge_features_.id)
-    if (id >= 0) id += first_edge_;
+    if (id >= 0) id = edge_id(id);
   vertices_.corners = std::move(vertices_.id);
   for (Index& vertex : vertices_.corners)
     if (vertex >= 0) vertex = vertices[vertex];
@@ -434,7 +438,7 @@ std::size_t ClusterTree::bytes() const {
     n += bytes_of(f->slabs, f->first_slab, f->id, f->group, f->corners);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
   n += cluster_boxes_.capacity() * sizeof(PackedSlabs);
-  return n + bytes_of(own_triangles_, own_edges_, foreign_);
+  return n + bytes_of(triangles_, edges_, foreign_);
 }
 
 }  // namespace loomstone

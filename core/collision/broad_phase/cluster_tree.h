@@ -22,7 +22,7 @@ class ClusterTree {
   // group[c + 1] - 1. The last lanes of a cluster can be empty.
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;  // (groups x 8) ids; -1 in empty lanes. Not stored for vertices
+    std::vector<Index> id;  // (groups x 8) ids in the model; -1 in empty lanes. Empty for vertices
     // Boxes of features, for the clusters that the last refit of features included. The boxes of
     // cluster c begin at slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
     std::vector<SlabGroup> slabs;
@@ -33,14 +33,13 @@ class ClusterTree {
     std::vector<Index> corners;
   };
 
-  // The tree of a whole surface. It reads the triangles and edges of `model`, so `model` must stay
-  // alive.
+  // The tree of a whole surface. Trees read the triangles and edges of `model`, so `model` must
+  // stay alive.
   ClusterTree(const CollisionModel& model, Index surface);
-  // The tree of a part of a surface. `triangles` and `edges` are those of the part, with vertex ids
-  // of the whole model. Triangle t has the id first_triangle + t; edge e has the id first_edge + e.
+  // The tree of a part of a surface, which consists of the given triangles and edges of `model`.
   // The tree does not contain the vertices in `foreign`, which belong to the trees of other parts
   // of the surface.
-  ClusterTree(Triangles triangles, Index first_triangle, Edges edges, Index first_edge,
+  ClusterTree(const CollisionModel& model, std::vector<Index> triangles, std::vector<Index> edges,
               std::vector<Index> foreign);
 
   // Recomputes all boxes of the tree. `vertices` contains the vertex boxes of all surfaces. They
@@ -105,7 +104,7 @@ class ClusterTree {
   void each_corner(Index cluster, Visit&& visit) const {
     for (Index slot = slab_lanes * cluster; slot < slab_lanes * (cluster + 1); ++slot)
       if (const Index id = faces_.id[slot]; id >= 0)
-        for (int k = 0; k < 3; ++k) visit(triangles()(id - first_triangle_, k));
+        for (int k = 0; k < 3; ++k) visit(model_->triangles(id, k));
   }
   std::size_t bytes() const;
 
@@ -117,21 +116,18 @@ class ClusterTree {
   std::vector<PackedSlabs> refit_all(const Team& team, const VertexBoxes& vertices);
 
   void add_levels();
-  // The triangles and edges of the tree, with vertex ids of the whole model.
-  Eigen::Map<const Triangles> triangles() const {
-    const Index* const own = own_triangles_.data();
-    return {model_ ? model_->triangles.data() + 3 * first_triangle_ : own, n_triangles_, 3};
+  // Ids of the triangles and edges of the tree.
+  Index triangle_id(Index i) const {
+    return triangles_.empty() ? first_triangle_ + i : triangles_[i];
   }
-  Eigen::Map<const Edges> tree_edges() const {
-    return {model_ ? model_->edges.data() + 2 * first_edge_ : own_edges_.data(), n_edges_, 2};
-  }
+  Index edge_id(Index i) const { return triangles_.empty() ? first_edge_ + i : edges_[i]; }
 
-  // The model if the tree contains a whole surface; null if it contains a part of a surface.
-  const CollisionModel* model_ = nullptr;
-  Index first_triangle_, n_triangles_, first_edge_, n_edges_;
+  const CollisionModel* model_;
+  // The ids of the features of a whole surface begin with these values.
+  Index first_triangle_ = 0, first_edge_ = 0;
+  Index n_triangles_, n_edges_;
   // Arguments of the constructor for a part of a surface; empty for a whole surface.
-  Triangles own_triangles_;
-  Edges own_edges_;
+  std::vector<Index> triangles_, edges_;
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
   bool has_all_corners_ = false;  // Features::corners contains all groups of faces and edges

@@ -100,30 +100,20 @@ void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
   for (Index part = 0; part < n_parts; ++part) {
     Members& own = members[part];
     if (own.triangles.empty()) continue;
-    const Index n = static_cast<Index>(own.triangles.size());
-    Triangles triangles(n, 3);
-    Edges edges(own.edges.size(), 2);
-    std::vector<Index> foreign;
-    for (Index i = 0; i < n; ++i) {
-      triangles.row(i) = model_.triangles.row(own.triangles[i]);
-      for (int k = 0; k < 3; ++k)
-        if (part_of.vertex[triangles(i, k)] != part) foreign.push_back(triangles(i, k));
-    }
-    for (std::size_t i = 0; i < own.edges.size(); ++i)
-      edges.row(i) = model_.edges.row(own.edges[i]);
-    const Index first_triangle = static_cast<Index>(triangle_ids_.size()),
-                first_edge = static_cast<Index>(edge_ids_.size());
-    triangle_ids_.insert(triangle_ids_.end(), own.triangles.begin(), own.triangles.end());
-    edge_ids_.insert(edge_ids_.end(), own.edges.begin(), own.edges.end());
-    const std::size_t first_cluster = n_clusters();
-    std::vector<Index> vertices(triangles.data(), triangles.data() + triangles.size());
+    std::vector<Index> vertices, foreign;
+    for (const Index t : own.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Index v = model_.triangles(t, k);
+        vertices.push_back(v);
+        if (part_of.vertex[v] != part) foreign.push_back(v);
+      }
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     vertices.shrink_to_fit();
-    parts_.push_back({s,
-                      ClusterTree(std::move(triangles), first_triangle, std::move(edges),
-                                  first_edge, std::move(foreign)),
-                      first_cluster, std::move(vertices)});
+    const std::size_t first_cluster = n_clusters();
+    parts_.push_back(
+        {s, ClusterTree(model_, std::move(own.triangles), std::move(own.edges), std::move(foreign)),
+         first_cluster, std::move(vertices)});
   }
   surfaces_[s].last_part = n_hierarchies();
 }
@@ -153,8 +143,7 @@ void PartitionTrees::refit(const Team& team, const InflatedMotion& motion, bool 
   join_roots();
 }
 
-void PartitionTrees::refit_nodes(const Team& team, const InflatedMotion& motion,
-                                 bool may_rebuild) {
+void PartitionTrees::refit_nodes(const Team& team, const InflatedMotion& motion, bool may_rebuild) {
   for (Part& part : parts_) {
     find_vertex_boxes(team, motion, part.vertices);
     part.tree.refit_nodes(team, motion.x0, vertex_boxes_, motion.inflation[part.surface],
@@ -300,7 +289,7 @@ void PartitionTrees::expand(const NodeTest& test, std::vector<NodeTest>& stack,
 }
 
 std::size_t PartitionTrees::bytes() const {
-  std::size_t sum = bytes_of(vertex_boxes_, triangle_ids_, edge_ids_, pair_of_);
+  std::size_t sum = bytes_of(vertex_boxes_, pair_of_);
   for (const Part& part : parts_) sum += part.tree.bytes() + bytes_of(part.vertices);
   return sum;
 }

@@ -5,7 +5,6 @@
 // belongs to one hierarchy, so each pair of features is found once.
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "core/collision/broad_phase/cluster_tree.h"
@@ -72,12 +71,6 @@ class PartitionTrees {
     PairSearch(a.tree, b.tree)
         .features(index_of(test.node_a), index_of(test.node_b), 0.0, scratch.slots,
                   [&](ContactKind kind, Index first, Index second) {
-                    if (kind == ContactKind::VertexFace) {
-                      second = triangle_ids_[second];
-                    } else {
-                      first = edge_ids_[first], second = edge_ids_[second];
-                      if (first > second) std::swap(first, second);
-                    }
                     visit(pair, kind, pair_key(first, second));
                   });
   }
@@ -127,8 +120,7 @@ class PartitionTrees {
   const std::vector<SurfacePair>& pairs_;
   std::vector<Part> parts_;
   std::vector<Surface> surfaces_;
-  std::vector<Index> pair_of_;                  // (surfaces x surfaces) surface pair, or -1
-  std::vector<Index> triangle_ids_, edge_ids_;  // ids of triangles and edges, sorted by hierarchy
+  std::vector<Index> pair_of_;  // (surfaces x surfaces) surface pair, or -1
   VertexBoxes vertex_boxes_;
 };
 
