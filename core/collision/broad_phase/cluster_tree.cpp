@@ -189,7 +189,7 @@ void ClusterTree::add_levels() {
   Index n = n_clusters_;
   do {
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
-    levels_.emplace_back(n);
+    levels_.emplace_back();
   } while (n > 1);
 }
 
@@ -235,8 +235,8 @@ void ClusterTree::find_corners(const Features& features, IndexRange groups, Inde
     }
 }
 
-void ClusterTree::form(const Points& x) {
-  ++version_;
+// Returns the cluster of each face: compact clusters at x.
+std::vector<Index> ClusterTree::clusters_of_faces(const Points& x) const {
   const Index n = n_triangles_;
   const auto corner = [&](Index t, int k) { return model_->triangles(triangle_id(t), k); };
   Points centres(n, 3);
@@ -246,7 +246,18 @@ void ClusterTree::form(const Points& x) {
   for (Index t = 0; t < n; ++t) order[t] = t;
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
+  return cluster_of_face;
+}
 
+void ClusterTree::form(const Points& x) {
+  ++version_;
+  for (Index n = n_clusters_; std::vector<SlabGroup>& level : levels_) {
+    n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
+    level.resize(n);
+  }
+  const std::vector<Index> cluster_of_face = clusters_of_faces(x);
+  const Index n = n_triangles_;
+  const auto corner = [&](Index t, int k) { return model_->triangles(triangle_id(t), k); };
   // Assigns each edge, and each vertex that is not foreign, to one of the clusters that contain its
   // faces: the one with the fewest edges (or vertices) so far, which leaves few lanes empty.
   Index first = n > 0 ? corner(0, 0) : 0, last = first - 1;

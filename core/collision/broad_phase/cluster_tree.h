@@ -109,6 +109,7 @@ class ClusterTree {
   std::size_t bytes() const;
 
  private:
+  std::vector<Index> clusters_of_faces(const Points& x) const;
   void assign(Features& features, const std::vector<Index>& cluster_of_feature,
               int n_corners) const;
   void find_corners(const Features& features, IndexRange groups, Index* corners) const;
