@@ -185,8 +185,8 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Applies the impulses, then advances by `step` [s]. `obstacles` gives the obstacles' positions
   // at the end of the step; their velocities are constant over the step. If `touched` (b) is given,
-  // it is set to 1 for bodies whose motion was changed by contacts or gyroscopic torques (or, with
-  // gravity, by rounding), and to 0 for the others.
+  // it is set to 1 for bodies whose motion was changed by contacts (or, with gravity, by rounding),
+  // and to 0 for the others.
   // Restitution excludes the impulses, as it excludes gravity. If the velocities in `state` are
   // those of kick-drift-kick, `half` gives the impulses of a half kick. The approach speed then
   // excludes the half kick that ended the last step, and the rebound includes the one that ends

@@ -7,8 +7,9 @@
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
 // new world in a fixed order and restores the saved contact points. A run that saves its state and
 // then calls restore() continues bitwise identically to a run that loads this state from a file.
-#include <array>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/message.h"
 #include "core/base/rotation.h"
@@ -16,6 +17,7 @@
 #include "core/rigid/bullet_shapes.h"
 #include "core/rigid/contact_bytes.h"
 #include "core/rigid/facets.h"
+#include "core/rigid/free_motion.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
 
@@ -37,6 +39,17 @@ BulletWorld::Kick kick_of(const btRigidBody& body, const BodyImpulses& impulses,
 }
 
 }  // namespace
+
+// Pose and velocities of a body at the end of a step in which nothing touches it.
+struct FreeMotion {
+  btVector3 velocity, angular_velocity, position;
+  std::optional<Vec4> orientation;  // empty: as Bullet turns the body
+
+  bool is_of(const btRigidBody& body) const {
+    return body.getLinearVelocity() == velocity && body.getAngularVelocity() == angular_velocity &&
+           body.getWorldTransform().getOrigin() == position;
+  }
+};
 
 struct RigidWorld::Data {
   std::vector<RigidBody> bodies;
@@ -68,6 +81,9 @@ struct RigidWorld::Data {
   void know(const RigidState& state) {
     known = {state.positions, state.orientations, state.velocities, state.angular_velocities, {}};
   }
+  bool turns_freely(std::size_t body) const;
+  std::vector<FreeMotion> begin_free_motion(double step, const RigidState& state);
+  void end_free_turns(const std::vector<FreeMotion>& free, RigidState& state);
   void hold_centres(const RigidState& start);
   void read(RigidState& state) const;
   double work_of_obstacles() const;
@@ -142,6 +158,47 @@ void RigidWorld::Data::follow(const RigidState& state) {
         state.velocities.row(i) != known.velocities.row(i) ||
         state.angular_velocities.row(i) != known.angular_velocities.row(i))
       set_body(i, state);
+  }
+}
+
+// Returns whether gyroscopic torques act on a body.
+bool RigidWorld::Data::turns_freely(std::size_t body) const {
+  const Vec3& m = moments[body];
+  constexpr double equal = 1e-9;  // relative difference that counts as rounding
+  return gyroscopic && !turns_in_bearing(body) &&
+         m.maxCoeff() - m.minCoeff() > equal * m.maxCoeff();
+}
+
+// Applies gyroscopic torques to the velocities of the bodies. Bullet's own gyroscopic torques lose
+// energy and angular momentum. Returns the free motion of each body.
+std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const RigidState& state) {
+  std::vector<FreeMotion> free;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    btRigidBody& body = *engine->bodies[i];
+    std::optional<Vec4> turned;
+    if (turns_freely(i)) {
+      const Rotor rotor{principal[i], moments[i]};
+      const Vec4 orientation = state.orientations.row(i).transpose();
+      const Vec3 momentum =
+          angular_momentum(rotor, orientation, from_bullet(body.getAngularVelocity()));
+      turned = freely_turned(rotor, orientation, momentum, step);
+      body.setAngularVelocity(to_bullet(angular_velocity(rotor, *turned, momentum)));
+    }
+    const btVector3 velocity =
+        body.getLinearVelocity() + to_bullet(gravity) * body.getLinearFactor() * step;
+    free.push_back({velocity, body.getAngularVelocity(),
+                    body.getWorldTransform().getOrigin() + velocity * step, turned});
+  }
+  return free;
+}
+
+// Gives the bodies that nothing has touched the orientations of their free motion.
+void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, RigidState& state) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!free[i].orientation || !free[i].is_of(*engine->bodies[i])) continue;
+    state.orientations.row(i) =
+        nearer_sign(*free[i].orientation, state.orientations.row(i).transpose()).transpose();
+    set_body(i, state);
   }
 }
 
@@ -247,8 +304,7 @@ void RigidWorld::restore(const RigidState& state) {
         engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
     if (data.turns_in_bearing(i))
       moving.setLinearFactor(btVector3(held_share, held_share, held_share));
-    if (!data.gyroscopic)
-      moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
+    moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
     // Use continuous collision detection for bodies that move by more than half their inner radius
     // in a step, because they could otherwise pass through a floor.
     moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
@@ -301,27 +357,18 @@ void RigidWorld::advance(double step, const BodyImpulses& impulses, const Obstac
         facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
     set_velocity(*engine.bodies[obstacle++], motion.velocity, motion.angular_velocity);
   }
-  // (b) Velocity, angular velocity and position that each body has after the step if untouched.
-  std::vector<std::array<btVector3, 3>> free;
-  for (std::size_t i = 0; i < n && touched; ++i) {
-    const btVector3 velocity = engine.bodies[i]->getLinearVelocity() +
-                               to_bullet(data.gravity) * engine.bodies[i]->getLinearFactor() * step;
-    free.push_back({velocity, engine.bodies[i]->getAngularVelocity(),
-                    engine.bodies[i]->getWorldTransform().getOrigin() + velocity * step});
-  }
+  const std::vector<FreeMotion> free = data.begin_free_motion(step, state);
   engine.world.stepSimulation(step, 0);
-  if (touched) touched->clear();
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const btRigidBody& body = *engine.bodies[i];
-    touched->push_back(body.getLinearVelocity() != free[i][0] ||
-                       body.getAngularVelocity() != free[i][1] ||
-                       body.getWorldTransform().getOrigin() != free[i][2]);
+  if (touched) {
+    touched->clear();
+    for (std::size_t i = 0; i < n; ++i) touched->push_back(!free[i].is_of(*engine.bodies[i]));
   }
   data.hold_centres(state);
   data.obstacle_work = data.work_of_obstacles();
   data.places = obstacles;
   data.put_obstacles();
   data.read(state);
+  data.end_free_turns(free, state);
   check_motion(state, step);
   data.know(state);
 }
