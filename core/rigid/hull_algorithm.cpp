@@ -48,7 +48,19 @@ class Collect : public btTriangleCallback {
   std::vector<Corners>& triangles_;
 };
 
-// Collision algorithm for a hull against a mesh or a triangle. The hull may be part of a body.
+// Returns the pose of a shape after a step in which nothing touches its body.
+btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step) {
+  const auto& body = static_cast<const btRigidBody&>(*shape.getCollisionObject());
+  const btTransform& pose = body.getWorldTransform();
+  const btVector3 velocity =
+      body.getLinearVelocity() + body.getGravity() * body.getLinearFactor() * step;
+  btTransform end;
+  btTransformUtil::integrateTransform(pose, velocity, body.getAngularVelocity(), step, end);
+  return end * pose.inverse() * shape.getWorldTransform();
+}
+
+// Collision algorithm for a hull against a mesh or a triangle. The hull may be part of a body. A
+// fast hull has contacts before it touches, so that it stops at the surface.
 class HullAlgorithm : public btCollisionAlgorithm {
  public:
   HullAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -64,7 +76,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   }
 
   void processCollision(const btCollisionObjectWrapper* first,
-                        const btCollisionObjectWrapper* second, const btDispatcherInfo&,
+                        const btCollisionObjectWrapper* second, const btDispatcherInfo& info,
                         btManifoldResult* result) override {
     const btCollisionObjectWrapper &hull = hull_first_ ? *first : *second,
                                    &other = hull_first_ ? *second : *first;
@@ -79,12 +91,15 @@ class HullAlgorithm : public btCollisionAlgorithm {
         before_.push_back(
             {on_hull(hull, *manifold, point), towards_hull ? normal : Vec3(-normal), 0.0});
       }
-    const std::size_t n_met = collect(hull, other, near);
-    finder_.find({*polyhedron_of(hull), triangles_, n_met, near, manifolds_.size(), before_},
-                 planes_);
-    const btCollisionObject &a = *hull.getCollisionObject(), &b = *other.getCollisionObject();
-    if (btManifoldResult::calculateCombinedRestitution(&a, &b) > 0.0) remove_contacts_ahead(near);
+    const ConvexPolyhedron& polyhedron = *polyhedron_of(hull);
+    const btTransform to_end = motion_of_other(hull, other, info.m_timeStep);
+    const double reach = std::max(near, largest_motion(*hull.getCollisionShape(), to_end));
+    const std::size_t n_met = collect(hull, other, reach);
+    finder_.find({polyhedron, triangles_, n_met, reach, manifolds_.size(), before_}, planes_);
+    if (reach > near && !meets_at_end(polyhedron, to_end, n_met, near)) remove_contacts_ahead(near);
+    for (btPersistentManifold* manifold : manifolds_) manifold->setContactBreakingThreshold(reach);
     put_points(hull, near, *result);
+    for (btPersistentManifold* manifold : manifolds_) manifold->setContactBreakingThreshold(near);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
@@ -102,6 +117,40 @@ class HullAlgorithm : public btCollisionAlgorithm {
     const btVector3& local =
         manifold.getBody0() == &body ? point.m_localPointA : point.m_localPointB;
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
+  }
+
+  // Returns the motion of the other object in a step in which nothing touches it or the hull, in
+  // the axes of the hull.
+  static btTransform motion_of_other(const btCollisionObjectWrapper& hull,
+                                     const btCollisionObjectWrapper& other, btScalar step) {
+    return pose_after(hull, step).inverse() * pose_after(other, step) *
+           other.getWorldTransform().inverse() * hull.getWorldTransform();
+  }
+  // Returns an upper bound on the distance by which points of the hull move.
+  static double largest_motion(const btCollisionShape& hull, const btTransform& motion) {
+    btVector3 centre;
+    btScalar radius;
+    hull.getBoundingSphere(centre, radius);
+    return (motion * centre - centre).length() +
+           motion.getRotation().getAngleShortestPath() * radius;
+  }
+  // Returns whether the hull touches the other object after its `motion`. planes_ must contain the
+  // contacts before it.
+  bool meets_at_end(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met,
+                    double near) {
+    if (planes_.empty()) return false;
+    moved_ = triangles_;
+    for (Corners& corners : moved_)
+      for (Vec3& corner : corners) corner = from_bullet(motion * to_bullet(corner));
+    HullOnTriangles::Contacts before;
+    for (const auto& plane : planes_)
+      for (const HullContact& contact : plane)
+        before.push_back({contact.on_hull(), contact.normal, 0.0});
+    finder_.find({hull, moved_, n_met, near, manifolds_.size(), before}, planes_at_end_);
+    return std::any_of(planes_at_end_.begin(), planes_at_end_.end(), [](const auto& plane) {
+      return std::any_of(plane.begin(), plane.end(),
+                         [](const HullContact& contact) { return contact.gap <= 0.0; });
+    });
   }
 
   // Fills triangles_. Returns the number of triangles that can have contacts; these come first. The
@@ -133,23 +182,11 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return triangles_.size();
   }
 
-  bool was_there(const Vec3& point, double near) const {
-    return std::any_of(before_.begin(), before_.end(),
-                       [&](const HullContact& c) { return (c.point - point).norm() < near; });
-  }
-
-  // Removes new contacts with a positive gap. Called for bodies that bounce, because they need
-  // contacts only where they touch.
+  // Removes contacts with a gap above `near`.
   void remove_contacts_ahead(double near) {
     for (auto& plane : planes_)
-      plane.erase(std::remove_if(plane.begin(), plane.end(),
-                                 [&](const HullContact& contact) {
-                                   return contact.gap > 0.0 && !was_there(contact.on_hull(), near);
-                                 }),
-                  plane.end());
-    planes_.erase(std::remove_if(planes_.begin(), planes_.end(),
-                                 [](const auto& plane) { return plane.empty(); }),
-                  planes_.end());
+      std::erase_if(plane, [&](const HullContact& contact) { return contact.gap > near; });
+    std::erase_if(planes_, [](const auto& plane) { return plane.empty(); });
   }
 
   // Returns the index of the unused manifold whose contact normal is closest to the given normal.
@@ -211,8 +248,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
   std::vector<btPersistentManifold*> manifolds_;  // one manifold per contact plane
   // Scratch memory.
   HullOnTriangles finder_;
-  std::vector<Corners> triangles_;
-  std::vector<HullOnTriangles::Contacts> planes_;
+  std::vector<Corners> triangles_, moved_;
+  std::vector<HullOnTriangles::Contacts> planes_, planes_at_end_;
   HullOnTriangles::Contacts before_;
   std::vector<bool> used_;
 };

@@ -314,3 +314,31 @@ TEST_CASE(
   }
   CHECK(way[1] == Approx(way[0]).epsilon(0.005));
 }
+
+TEST_CASE("a box that falls fast stops at the surface, and one that passes by keeps its velocity") {
+  for (const double step : {1e-3, 4e-3, 1e-2}) {
+    CAPTURE(step);
+    for (const bool deforms : {false, true}) {
+      const RigidObstacle flat = deforms ? deforming(floor_of(4.0, 2)) : floor_of(4.0, 2);
+      RigidBody falling = body_of(box(0.1, 0.1, 0.1), "box", Vec3(0.01, 0.02, 0.2));
+      falling.velocity = Vec3(0, 0, -3);
+      RigidWorld world({falling}, {flat}, gravity);
+      RigidState state = world.initial_state();
+      const Points none = Points::Zero(1, 3);
+      double lowest = 1.0;
+      for (int i = 0; i < 50; ++i) {
+        world.advance(step, {none, none}, ObstaclePlaces({RigidPose{}}, flat.vertices), state);
+        lowest = std::min(lowest, state.positions(0, 2) - 0.05);
+      }
+      // Bullet ends its iterations when the contacts are accurate to about a micrometre.
+      CHECK(lowest > -5e-6);
+      CHECK(lowest < 1e-4);
+    }
+    RigidBody gliding = body_of(box(0.1, 0.1, 0.1), "box", Vec3(-0.3, 0.02, 0.0505));
+    gliding.velocity = Vec3(5, 0.3, 0), gliding.friction = 0.5;
+    RigidWorld above({gliding}, {floor_of(0.4, 3, 0.5)}, Vec3::Zero());
+    RigidState state = above.initial_state();
+    run(above, state, step, 20, 1);
+    CHECK((state.velocities.row(0).transpose() - gliding.velocity).norm() < 1e-12);
+  }
+}
