@@ -17,14 +17,6 @@ namespace {
 // normals is below this value, which corresponds to 18 degrees.
 constexpr btScalar same_contact = 0.1;
 
-bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
-  for (int k = 0; k < manifold.getNumContacts(); ++k)
-    if (manifold.getContactPoint(k).m_normalWorldOnB.distance2(to_bullet(contact.normal)) <
-        same_contact)
-      return true;
-  return false;
-}
-
 // Replaces the contact points of the last step. A new point starts from the impulse of the old
 // point whose normal is closest, if the two points count as the same contact.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
@@ -74,8 +66,7 @@ double radius(const btRigidBody& ball) {
 }
 
 // Adds the contact between two balls, if there is one. There is none if the gap exceeds both `near`
-// and the length of `motion`. `motion` is the motion of `ball` relative to `other` in this step, or
-// zero for balls that bounce.
+// and the length of `motion`. `motion` is the motion of `ball` relative to `other` in this step.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -143,8 +134,6 @@ class SphereAlgorithm : public btCollisionAlgorithm {
                          (round ? other.getLinearVelocity() : other.getVelocityInLocalPoint(from));
     velocity += (ball.getGravity() - other.getGravity()) * info.m_timeStep;
     const double near = manifold_->getContactBreakingThreshold();
-    const bool bounce = btManifoldResult::calculateCombinedRestitution(&ball, &other) > 0.0;
-    if (bounce) velocity.setZero();
     const Vec3 motion = from_bullet(velocity * info.m_timeStep);
     contacts_.clear();
     if (round) {
@@ -152,13 +141,6 @@ class SphereAlgorithm : public btCollisionAlgorithm {
     } else {
       add_mesh(ball, other, near, motion);
     }
-    if (bounce)  // a ball that bounces needs contacts only where it touches
-      contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(),
-                                     [&](const SphereContact& contact) {
-                                       return contact.gap > 0.0 &&
-                                              !touched_before(*manifold_, contact);
-                                     }),
-                      contacts_.end());
     if (!contacts_.empty() || manifold_->getNumContacts() > 0) put_points(*manifold_, contacts_);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
