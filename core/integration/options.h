@@ -96,7 +96,7 @@ struct ImplicitOptions : IntegratorCommon {
         field("bending", &O::bending, "treatment of bending forces"),
         field("linear_solver", &O::linear_solver, "solver of the linear system"),
         field(
-            "tolerance", &O::tolerance, "1", positive(),
+            "tolerance", &O::tolerance, "1", Limits{0.0, 0.1, true, false},
             "tolerance of the linear solver relative to the change of momentum in the step or to a "
             "tenth of that by gravity, if this is larger"),
         field("max_iterations", &O::max_iterations, "1", between(1, 1e9),
@@ -116,10 +116,11 @@ struct NewtonOptions : ImplicitOptions {
     using O = NewtonOptions;
     return std::tuple_cat(
         ImplicitOptions::fields(),
-        std::make_tuple(field("newton_tolerance", &O::newton_tolerance, "1", positive(),
-                              "relative residual at which Newton's method stops"),
-                        field("max_newton_iterations", &O::max_newton_iterations, "1",
-                              between(1, 1e6), "largest number of Newton iterations")));
+        std::make_tuple(
+            field("newton_tolerance", &O::newton_tolerance, "1", Limits{0.0, 0.1, true, false},
+                  "relative residual at which Newton's method stops"),
+            field("max_newton_iterations", &O::max_newton_iterations, "1", between(1, 1e6),
+                  "largest number of Newton iterations")));
   }
 };
 

@@ -33,6 +33,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
     const std::size_t c = find_by_name(scene.cloths, attachment.cloth, where + ".cloth");
     const int body = static_cast<int>(find_by_name(scene.bodies, attachment.body, where + ".body"));
     const Index first = first_vertex_of(scene, c);
+    if (attachment.vertices.empty())
+      fail<InvalidInput>("{}.vertices must name at least one vertex, got none", where);
     check_vertices(where + ".vertices", attachment.vertices, scene.cloths[c].mesh->n_vertices());
     for (const Index vertex : attachment.vertices) {
       const Index row = model.row_of_vertex[first + vertex];

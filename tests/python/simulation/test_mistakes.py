@@ -52,6 +52,18 @@ def with_magnet_on(name):
             ),
             r'attachments\[0\].body "sphere" is an obstacle; pin the vertices',
         ),
+        (
+            lambda: simulation(
+                bodies=[ls.RigidBody(name="box", mesh=BOX, shape="box", position=(2, 0, 0))],
+                attachments=[ls.Attachment(cloth="", body="box")],
+            ),
+            r"attachments\[0\].vertices must name at least one vertex, got none",
+        ),
+        (lambda: ls.BDF2(tolerance=2.0), r"tolerance must be in \(0, 0.1\] \[1\], got 2"),
+        (
+            lambda: ls.NonlinearMidpoint(newton_tolerance=1.0),
+            r"newton_tolerance must be in \(0, 0.1\] \[1\], got 1",
+        ),
         (lambda: with_magnet_on("sheet"), r'magnets\[0\].body "sheet" is a cloth; put the magnet'),
         (lambda: ls.Simulation(ls.Cloth()), "scene must be Scene, got a Cloth"),
         (
