@@ -18,9 +18,11 @@ namespace loomstone {
 
 namespace {
 
-// Friction limits are updated once, when the residual has fallen to this fraction of its initial
-// value or to the tolerance, whichever is larger.
-constexpr double roughly_known = 0.1;
+// Friction limits are updated when the residual has fallen to this fraction of its initial value or
+// to the tolerance, whichever is larger. If an update changes the residual by more than
+// `limit_tolerance` times its scale, another one follows at the tolerance, up to `most_updates`.
+constexpr double roughly_known = 0.1, limit_tolerance = 0.02;
+constexpr int most_updates = 8;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
@@ -135,7 +137,8 @@ class NewtonIntegrator final : public Integrator {
   // lowers it and it is accepted as a rounding error (see rounding_tolerance). The latter can
   // happen without loads, where `scale` may itself be a rounding error. Friction limits use the
   // normal forces at the start of the time step until the residual has fallen as roughly_known
-  // describes. Throws NewtonFailure if the iteration does not converge.
+  // describes, and then those of the last update. Throws NewtonFailure if the iteration does not
+  // converge.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -145,11 +148,13 @@ class NewtonIntegrator final : public Integrator {
     const double tolerance = options_.newton_tolerance * scale;
     const double rough = std::max(tolerance, roughly_known * now_.norm);
     bool new_limits = step.inputs.terms_at && !step.inputs.terms->empty(), rounded = false;
+    int updates = 0;
     while ((!(now_.norm <= tolerance) && !rounded) || new_limits) {
-      if (new_limits && (now_.norm <= rough || rounded)) {
+      if (new_limits && (now_.norm <= (updates == 0 ? rough : tolerance) || rounded)) {
         evaluate(step, now_, TermRequest::NewLimits);
         best_ = now_.norm;
-        new_limits = rounded = false;
+        rounded = false;
+        new_limits = ++updates < most_updates && now_.norm > limit_tolerance * scale;
         continue;
       }
       if (report.newton_iterations == options_.max_newton_iterations)

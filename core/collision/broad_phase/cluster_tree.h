@@ -28,8 +28,8 @@ class ClusterTree {
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;
-    // (groups x n_corners x 8) Vertex ids; -1 in empty lanes. Of vertices, for all groups. Of faces
-    // and edges, for the groups in `slabs`.
+    // (groups x n_corners x 8) Vertex ids; -1 in empty lanes. The groups are all groups of
+    // vertices, but only the groups of faces and edges that `slabs` contains.
     std::vector<Index> corners;
   };
 

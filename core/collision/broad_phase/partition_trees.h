@@ -35,8 +35,8 @@ class PartitionTrees {
   // Recomputes all boxes. If `may_rebuild` is set, hierarchies whose boxes have grown too much are
   // built again at motion.x0.
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
-  // Together do the same as refit(), but omit the boxes of features that `leaves` do not compare.
-  // `leaves` are tests of two clusters.
+  // Called in this order, the next two functions do the same as refit(), but omit the boxes of
+  // features that `leaves` do not compare. `leaves` are tests of two clusters.
   void refit_nodes(const Team& team, const InflatedMotion& motion, bool may_rebuild);
   void refit_features(const Team& team, const InflatedMotion& motion,
                       const std::vector<NodeTest>& leaves);

@@ -85,7 +85,7 @@ class SharedSearch {
   // gather() [s].
   double seconds() const { return seconds_; }
   std::size_t result_bytes() const { return result_bytes_; }  // size of the last result [bytes]
-  // Memory of the hierarchies, which every rank stores [bytes].
+  // Memory of the hierarchies on this rank [bytes].
   std::size_t hierarchy_bytes() const { return trees_.bytes(); }
 
  private:

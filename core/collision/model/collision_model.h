@@ -39,7 +39,8 @@ struct CollisionModel {
   Index n_vertices = 0;
   Triangles triangles;  // (m x 3) vertex ids
   Edges edges;          // (k x 2) sorted unique vertex pairs; the edge id is the row
-  // In the order of their vertices and triangles. Together they contain all of them.
+  // Sorted by their first vertex and first triangle. Every vertex and every triangle belongs to one
+  // surface.
   std::vector<CollisionSurface> surfaces;
   VertexRows rows;
   // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments.

@@ -178,3 +178,28 @@ def test_a_sheet_that_lands_does_not_stop_at_once(material, step, error):
     along, _, up = sim.velocities.mean(0)
     expected = 0.4 * (1 + 9.81 * sim.time + up)  # from the impulse of the floor
     assert 3 - along == pytest.approx(expected, rel=error)
+
+
+@pytest.mark.parametrize("step", [None, 4e-3])
+@pytest.mark.parametrize("material", [(300.0, 0.1), (1e5, 0.03)])
+def test_newton_schemes_find_the_friction_of_a_landing(material, step):
+    # The normal forces of an impact change most in the last iterations, so friction limits from an
+    # early iterate would be several times too large.
+    stiffness, density = material
+    mesh = ls.grid(size=(0.15, 0.15), triangles=450).moved((0, 0, 0.02))
+    start = np.tile([3.0, 0, -1.0], (len(mesh.vertices), 1))
+    fabric = ls.ClothMaterial(
+        weft_stiffness=stiffness,
+        warp_stiffness=stiffness,
+        shear_stiffness=0.3 * stiffness,
+        density=density,
+    )
+    cloth = ls.Cloth(mesh=mesh, material=fabric, friction=0.4, velocities=start)
+    scene = ls.Scene(cloths=[cloth], obstacles=[ls.floor(friction=0.4)])
+    integrator = ls.BackwardEuler() if step is None else ls.BackwardEuler(step=step)
+    sim = ls.Simulation(scene, integrator=integrator, threads=1)
+    while sim.time < 0.08:
+        sim.step()
+    along, _, up = sim.velocities.mean(0)
+    expected = 0.4 * (1 + 9.81 * sim.time + up)  # from the impulse of the floor
+    assert 3 - along == pytest.approx(expected, rel=0.03)
