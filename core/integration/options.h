@@ -98,7 +98,8 @@ struct ImplicitOptions : IntegratorCommon {
         field(
             "tolerance", &O::tolerance, "1", Limits{0.0, 0.1, true, false},
             "tolerance of the linear solver relative to the change of momentum in the step or to a "
-            "tenth of that by gravity, if this is larger"),
+            "tenth of that by gravity, if this is larger; a hundredth of this value applies to the "
+            "linearised midpoint rule and BDF-2 while nothing touches"),
         field("max_iterations", &O::max_iterations, "1", between(1, 1e9),
               "largest number of iterations of the linear solver"),
         field("accuracy", &O::accuracy, "1", positive(),

@@ -2771,7 +2771,7 @@ class SemiImplicitEuler(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
@@ -2857,7 +2857,7 @@ class SemiImplicitEuler(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
         """
 
 class BackwardEuler(Integrator):
@@ -2872,7 +2872,7 @@ class BackwardEuler(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     newton_tolerance : relative residual at which Newton's method stops [1]; in (0, 0.1]; default 1e-06
@@ -2976,7 +2976,7 @@ class BackwardEuler(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
         """
 
 class ImplicitMidpoint(Integrator):
@@ -2991,7 +2991,7 @@ class ImplicitMidpoint(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
@@ -3077,7 +3077,7 @@ class ImplicitMidpoint(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
         """
 
 class NonlinearMidpoint(Integrator):
@@ -3092,7 +3092,7 @@ class NonlinearMidpoint(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     newton_tolerance : relative residual at which Newton's method stops [1]; in (0, 0.1]; default 1e-06
@@ -3196,7 +3196,7 @@ class NonlinearMidpoint(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
         """
 
 class BDF2(Integrator):
@@ -3211,7 +3211,7 @@ class BDF2(Integrator):
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
-    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+    tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
@@ -3297,7 +3297,7 @@ class BDF2(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger [1]; in (0, 0.1]; default 0.0001
+        tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
         """
 
 class Asynchronous(Integrator):

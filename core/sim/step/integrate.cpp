@@ -21,6 +21,11 @@ double tolerance_factor(double gain) {
   return std::pow(10.0, -std::floor(std::clamp(4.0 * gain, 0.0, 3.0)));
 }
 
+// Factor on the tolerance of linear solves by schemes that do not damp, while nothing is in contact
+// [1]. Our choice: with the default tolerance and factors of 1 and 0.1, a pendulum on a strip of
+// 1e5 N/m and 0.03 kg/m^2 would swing with a period that is 5 and 4 % too long.
+constexpr double undamped_factor = 0.01;
+
 Elasticity::LimitPhaseScope limit_phase(const StepContext& part, const NearContacts& near,
                                         const State& state, Engines& engines) {
   if (!engines.limits_in_solve) return {};
@@ -45,7 +50,9 @@ double gain_before(const StepContext& part, const NearContacts& near, const Engi
 void respond_to(double gain, const Engines& engines, bool in_contact, StepInputs& inputs) {
   inputs.damped = engines.integrator->implicit() && !engines.integrator->damps() &&
                   (engines.at_limits() || gain > 1.0);
-  if (!in_contact) inputs.tolerance_factor = tolerance_factor(gain);
+  if (in_contact) return;
+  inputs.tolerance_factor = tolerance_factor(gain);
+  if (engines.integrator->keeps_neglected_energy()) inputs.tolerance_factor *= undamped_factor;
 }
 
 // Passes the events of the integrator to EventContacts, which handles contacts.

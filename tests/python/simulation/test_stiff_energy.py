@@ -42,7 +42,8 @@ def test_a_spinning_strip_gains_nothing(step):
     assert largest_balance(sim, 2.0) < 0.0205
 
 
-def test_a_pendulum_on_a_stiff_strip_gains_nothing():
+def pendulum():
+    """A ball that hangs on a very stiff strip, tilted by 10 degrees."""
     length, width, radius, tilt = 0.3, 0.02, 0.02, np.radians(10)
     mesh = ls.meshes.strip(length=length, width=width, triangles=120)
     mesh = mesh.moved((-mesh.vertices[:, 0].min(), 0, 0))
@@ -63,13 +64,16 @@ def test_a_pendulum_on_a_stiff_strip_gains_nothing():
         position=(length + radius) * down,
     )
     low = np.flatnonzero(from_end > length - 1e-9)
-    scene = ls.Scene(
+    return ls.Scene(
         cloths=[strip],
         bodies=[ball],
         attachments=[ls.Attachment(cloth="strip", vertices=low, body="ball")],
         collisions=False,
     )
-    sim = ls.Simulation(scene, threads=1)
+
+
+def test_a_pendulum_on_a_stiff_strip_gains_nothing():
+    sim = ls.Simulation(pendulum(), threads=1)
     # Errors of solves with the tolerance alone would add 0.17.
     assert largest_balance(sim, 1.2) < 0.0205
 
@@ -88,3 +92,20 @@ def test_a_far_moving_obstacle_does_not_add_energy(step):
     )
     # With parts of at least a quarter of the step, the gain would be 0.12 and 0.14.
     assert largest_balance(sim, 0.4) < 0.0205
+
+
+@pytest.mark.parametrize("scheme", [ls.ImplicitMidpoint, ls.BDF2])
+def test_the_default_tolerance_keeps_the_period_of_schemes_that_do_not_damp(scheme):
+    def second_passage(**options):
+        sim = ls.Simulation(pendulum(), integrator=scheme(**options), threads=1)
+        passages, before = [], (0.0, sim.state.body_centres[0, 0])
+        while len(passages) < 2:
+            sim.step()
+            now = sim.time, sim.state.body_centres[0, 0]
+            if before[1] * now[1] <= 0.0:
+                share = before[1] / (before[1] - now[1])
+                passages.append(before[0] + share * (now[0] - before[0]))
+            before = now
+        return passages[1]
+
+    assert second_passage() == pytest.approx(second_passage(tolerance=1e-7), rel=0.005)
