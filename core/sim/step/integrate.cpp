@@ -21,7 +21,7 @@ double tolerance_factor(double gain) {
   return std::pow(10.0, -std::floor(std::clamp(4.0 * gain, 0.0, 3.0)));
 }
 
-// Factor on the tolerance of linear solves by schemes that do not damp, while nothing is in contact
+// Factor on the tolerance of linear solves in parts that do not damp, while nothing is in contact
 // [1]. Our choice: with the default tolerance and factors of 1 and 0.1, a pendulum on a strip of
 // 1e5 N/m and 0.03 kg/m^2 would swing with a period that is 5 and 4 % too long.
 constexpr double undamped_factor = 0.01;
@@ -52,7 +52,8 @@ void respond_to(double gain, const Engines& engines, bool in_contact, StepInputs
                   (engines.at_limits() || gain > 1.0);
   if (in_contact) return;
   inputs.tolerance_factor = tolerance_factor(gain);
-  if (engines.integrator->keeps_neglected_energy()) inputs.tolerance_factor *= undamped_factor;
+  if (engines.integrator->keeps_neglected_energy() && !inputs.damped)
+    inputs.tolerance_factor *= undamped_factor;
 }
 
 // Passes the events of the integrator to EventContacts, which handles contacts.
