@@ -10,7 +10,7 @@ namespace {
 btDefaultCollisionConstructionInfo room_for_algorithms() {
   btDefaultCollisionConstructionInfo info;
   info.m_customCollisionAlgorithmMaxElementSize =
-      std::max(SphereAlgorithms::size(), HullAlgorithms::size());
+      std::max({SphereAlgorithms::size(), HullAlgorithms::size(), PairAlgorithms::size()});
   return info;
 }
 
@@ -99,6 +99,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   info.m_warmstartingFactor = 1.0;  // Bullet's default is 0.85
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
+  pairs.enter(dispatcher, configuration);
   world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test for polyhedra
   broadphase.m_cupdates = 100;  // percentage of pairs that each step checks for separation
   world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm

@@ -8,6 +8,7 @@
 #include "core/base/rotation.h"
 #include "core/rigid/bullet.h"
 #include "core/rigid/hull_algorithm.h"
+#include "core/rigid/pair_algorithm.h"
 #include "core/rigid/sphere_algorithm.h"
 
 namespace loomstone {
@@ -65,6 +66,7 @@ struct BulletEngine {
   btDefaultCollisionConfiguration configuration;
   SphereAlgorithms spheres;
   HullAlgorithms hulls;
+  PairAlgorithms pairs;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;

@@ -6,6 +6,7 @@
 
 #include "core/rigid/facets.h"
 #include "core/rigid/hull_contacts.h"
+#include "core/rigid/pair_algorithm.h"
 
 namespace loomstone {
 
@@ -48,17 +49,6 @@ class Collect : public btTriangleCallback {
   std::vector<Corners>& triangles_;
 };
 
-// Returns the pose of a shape after a step in which nothing touches its body.
-btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step) {
-  const auto& body = static_cast<const btRigidBody&>(*shape.getCollisionObject());
-  const btTransform& pose = body.getWorldTransform();
-  const btVector3 velocity =
-      body.getLinearVelocity() + body.getGravity() * body.getLinearFactor() * step;
-  btTransform end;
-  btTransformUtil::integrateTransform(pose, velocity, body.getAngularVelocity(), step, end);
-  return end * pose.inverse() * shape.getWorldTransform();
-}
-
 // Collision algorithm for a hull against a mesh or a triangle. The hull may be part of a body. A
 // fast hull has contacts before it touches, so that it stops at the surface.
 class HullAlgorithm : public btCollisionAlgorithm {
@@ -92,7 +82,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
             {on_hull(hull, *manifold, point), towards_hull ? normal : Vec3(-normal), 0.0});
       }
     const ConvexPolyhedron& polyhedron = *polyhedron_of(hull);
-    const btTransform to_end = motion_of_other(hull, other, info.m_timeStep);
+    const btTransform to_end = relative_motion(hull, other, info.m_timeStep);
     const double reach = std::max(near, largest_motion(*hull.getCollisionShape(), to_end));
     const std::size_t n_met = collect(hull, other, reach);
     finder_.find({polyhedron, triangles_, n_met, reach, manifolds_.size(), before_}, planes_);
@@ -119,21 +109,6 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
-  // Returns the motion of the other object in a step in which nothing touches it or the hull, in
-  // the axes of the hull.
-  static btTransform motion_of_other(const btCollisionObjectWrapper& hull,
-                                     const btCollisionObjectWrapper& other, btScalar step) {
-    return pose_after(hull, step).inverse() * pose_after(other, step) *
-           other.getWorldTransform().inverse() * hull.getWorldTransform();
-  }
-  // Returns an upper bound on the distance by which points of the hull move.
-  static double largest_motion(const btCollisionShape& hull, const btTransform& motion) {
-    btVector3 centre;
-    btScalar radius;
-    hull.getBoundingSphere(centre, radius);
-    return (motion * centre - centre).length() +
-           motion.getRotation().getAngleShortestPath() * radius;
-  }
   // Returns whether the hull touches the other object after its `motion`. planes_ must contain the
   // contacts before it.
   bool meets_at_end(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met,
