@@ -164,7 +164,7 @@ ClusterTree::ClusterTree(const CollisionModel& model, std::vector<Index> triangl
   std::sort(foreign_.begin(), foreign_.end());
   foreign_.erase(std::unique(foreign_.begin(), foreign_.end()), foreign_.end());
   foreign_.shrink_to_fit();
-  add_levels();
+  n_clusters_ = (n_triangles_ + slab_lanes - 1) / slab_lanes;
 }
 
 // The edges of the model are sorted by vertices, so the edges of a surface are consecutive.
@@ -181,15 +181,14 @@ ClusterTree::ClusterTree(const CollisionModel& model, Index surface)
   };
   first_edge_ = edge_of(first);
   n_edges_ = edge_of(last) - first_edge_;
-  add_levels();
+  n_clusters_ = (n_triangles_ + slab_lanes - 1) / slab_lanes;
 }
 
 void ClusterTree::add_levels() {
-  n_clusters_ = (n_triangles_ + slab_lanes - 1) / slab_lanes;
   Index n = n_clusters_;
   do {
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
-    levels_.emplace_back();
+    levels_.emplace_back(n);
   } while (n > 1);
 }
 
@@ -251,10 +250,7 @@ std::vector<Index> ClusterTree::clusters_of_faces(const Points& x) const {
 
 void ClusterTree::form(const Points& x) {
   ++version_;
-  for (Index n = n_clusters_; std::vector<SlabGroup>& level : levels_) {
-    n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
-    level.resize(n);
-  }
+  if (levels_.empty()) add_levels();
   const std::vector<Index> cluster_of_face = clusters_of_faces(x);
   const Index n = n_triangles_;
   const auto corner = [&](Index t, int k) { return model_->triangles(triangle_id(t), k); };
