@@ -1,7 +1,6 @@
 #include "core/collision/broad_phase/partition_trees.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/collision/broad_phase/cluster_members.h"
 
@@ -118,15 +117,14 @@ void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
   surfaces_[s].last_part = n_hierarchies();
 }
 
-// Replaces all vertex boxes by those of `vertices`.
-void PartitionTrees::find_vertex_boxes(const Team& team, const InflatedMotion& motion,
-                                       const std::vector<Index>& vertices) {
-  vertex_boxes_.begin();
-  vertex_boxes_.add(vertices);
+// Sets the vertex boxes of the n vertices that vertex(0) to vertex(n - 1) return.
+template <class Vertex>
+void PartitionTrees::set_vertex_boxes(const Team& team, const InflatedMotion& motion, Index n,
+                                      Vertex&& vertex) {
   parallel_for(
-      team, static_cast<Index>(vertices.size()),
+      team, n,
       [&](Index i) {
-        const Index v = vertices[i];
+        const Index v = vertex(i);
         const std::size_t at = 3 * static_cast<std::size_t>(v);
         vertex_boxes_[v] = packed(slabs_of(motion.x0.data() + at, motion.x1.data() + at,
                                            motion.inflation[model_.surface_of_vertex(v)]));
@@ -134,10 +132,19 @@ void PartitionTrees::find_vertex_boxes(const Team& team, const InflatedMotion& m
       2048);
 }
 
+// Replaces all vertex boxes by those of `vertices`.
+void PartitionTrees::find_vertex_boxes(const Team& team, const InflatedMotion& motion,
+                                       const std::vector<Index>& vertices) {
+  vertex_boxes_.begin();
+  vertex_boxes_.add(vertices);
+  set_vertex_boxes(team, motion, static_cast<Index>(vertices.size()),
+                   [&](Index i) { return vertices[i]; });
+}
+
 void PartitionTrees::refit(const Team& team, const InflatedMotion& motion, bool may_rebuild) {
-  std::vector<Index> all(model_.n_vertices);
-  std::iota(all.begin(), all.end(), 0);
-  find_vertex_boxes(team, motion, all);
+  vertex_boxes_.begin();
+  vertex_boxes_.add(0, model_.n_vertices);
+  set_vertex_boxes(team, motion, model_.n_vertices, [](Index v) { return v; });
   for (Part& part : parts_)
     part.tree.refit(team, motion.x0, vertex_boxes_, motion.inflation[part.surface], may_rebuild);
   join_roots();

@@ -112,6 +112,8 @@ class PartitionTrees {
     return pair_of_[a.surface * surfaces_.size() + b.surface];
   }
   void join_roots();
+  template <class Vertex>
+  void set_vertex_boxes(const Team& team, const InflatedMotion& motion, Index n, Vertex&& vertex);
   void find_vertex_boxes(const Team& team, const InflatedMotion& motion,
                          const std::vector<Index>& vertices);
   void add_root_test(Index a, Index b, std::vector<NodeTest>& tests) const;
