@@ -149,6 +149,24 @@ def test_a_floor_that_accelerates_carries_a_sheet_along(step, share):
     assert exact - lag < sim.velocities[:, 0].mean() < exact + lag / 2
 
 
+def landing(mesh, material, integrator, until):
+    """Returns the velocity [m/s] that a sheet loses along a floor on which it lands, and the loss
+    by Coulomb's law, which follows from the impulse of the floor.
+    """
+    start = np.tile([3.0, 0, -1.0], (len(mesh.vertices), 1))
+    cloth = ls.Cloth(mesh=mesh, material=material, friction=0.4, velocities=start)
+    scene = ls.Scene(cloths=[cloth], obstacles=[ls.floor(friction=0.4)])
+    sim = ls.Simulation(scene, integrator=integrator, threads=1)
+    while sim.time < until:
+        sim.step()
+    along, _, up = sim.velocities.mean(0)
+    return 3 - along, 0.4 * (1 + 9.81 * sim.time + up)
+
+
+def with_step(scheme, step):
+    return scheme() if step is None else scheme(step=step)
+
+
 @pytest.mark.parametrize(
     ("material", "step", "error"),
     [
@@ -168,16 +186,8 @@ def test_a_sheet_that_lands_does_not_stop_at_once(material, step, error):
     # Light sheets flutter when they land. If contacts that pull had friction, single steps would
     # stop such a sheet, although Coulomb's law permits a hundredth of this impulse.
     mesh = ls.grid(size=(0.15, 0.15), triangles=1800).moved((0, 0, 0.05))
-    start = np.tile([3.0, 0, -1.0], (len(mesh.vertices), 1))
-    cloth = ls.Cloth(mesh=mesh, material=material, friction=0.4, velocities=start)
-    scene = ls.Scene(cloths=[cloth], obstacles=[ls.floor(friction=0.4)])
-    integrator = ls.SemiImplicitEuler() if step is None else ls.SemiImplicitEuler(step=step)
-    sim = ls.Simulation(scene, integrator=integrator, threads=1)
-    while sim.time < 0.15:
-        sim.step()
-    along, _, up = sim.velocities.mean(0)
-    expected = 0.4 * (1 + 9.81 * sim.time + up)  # from the impulse of the floor
-    assert 3 - along == pytest.approx(expected, rel=error)
+    lost, expected = landing(mesh, material, with_step(ls.SemiImplicitEuler, step), until=0.15)
+    assert lost == pytest.approx(expected, rel=error)
 
 
 @pytest.mark.parametrize("step", [None, 4e-3])
@@ -187,19 +197,11 @@ def test_newton_schemes_find_the_friction_of_a_landing(material, step):
     # early iterate would be several times too large.
     stiffness, density = material
     mesh = ls.grid(size=(0.15, 0.15), triangles=450).moved((0, 0, 0.02))
-    start = np.tile([3.0, 0, -1.0], (len(mesh.vertices), 1))
     fabric = ls.ClothMaterial(
         weft_stiffness=stiffness,
         warp_stiffness=stiffness,
         shear_stiffness=0.3 * stiffness,
         density=density,
     )
-    cloth = ls.Cloth(mesh=mesh, material=fabric, friction=0.4, velocities=start)
-    scene = ls.Scene(cloths=[cloth], obstacles=[ls.floor(friction=0.4)])
-    integrator = ls.BackwardEuler() if step is None else ls.BackwardEuler(step=step)
-    sim = ls.Simulation(scene, integrator=integrator, threads=1)
-    while sim.time < 0.08:
-        sim.step()
-    along, _, up = sim.velocities.mean(0)
-    expected = 0.4 * (1 + 9.81 * sim.time + up)  # from the impulse of the floor
-    assert 3 - along == pytest.approx(expected, rel=0.03)
+    lost, expected = landing(mesh, fabric, with_step(ls.BackwardEuler, step), until=0.08)
+    assert lost == pytest.approx(expected, rel=0.03)
