@@ -6,7 +6,7 @@
 
 #include "core/rigid/facets.h"
 #include "core/rigid/hull_contacts.h"
-#include "core/rigid/pair_algorithm.h"
+#include "core/rigid/step_motion.h"
 
 namespace loomstone {
 

@@ -7,16 +7,6 @@
 
 namespace loomstone {
 
-// Returns the pose of a shape after a step in which nothing touches its body.
-btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step);
-// Returns the motion of the second object in a step in which nothing touches the two objects, in
-// the axes of the first.
-btTransform relative_motion(const btCollisionObjectWrapper& first,
-                            const btCollisionObjectWrapper& second, btScalar step);
-// Returns an upper bound on the distance by which points of a shape move in a motion that is given
-// in its axes [m].
-double largest_motion(const btCollisionShape& shape, const btTransform& motion);
-
 // Bullet's algorithms create contacts only where bodies overlap or nearly touch, so fast bodies
 // would sink into each other. If two fast bodies have no contact, but overlap after the step, this
 // algorithm creates the contacts of that overlap, with the gaps at the start of the step.

@@ -1,0 +1,28 @@
+#include "core/rigid/step_motion.h"
+
+namespace loomstone {
+
+btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step) {
+  const auto& body = static_cast<const btRigidBody&>(*shape.getCollisionObject());
+  const btTransform& pose = body.getWorldTransform();
+  const btVector3 velocity =
+      body.getLinearVelocity() + body.getGravity() * body.getLinearFactor() * step;
+  btTransform end;
+  btTransformUtil::integrateTransform(pose, velocity, body.getAngularVelocity(), step, end);
+  return end * pose.inverse() * shape.getWorldTransform();
+}
+
+btTransform relative_motion(const btCollisionObjectWrapper& first,
+                            const btCollisionObjectWrapper& second, btScalar step) {
+  return pose_after(first, step).inverse() * pose_after(second, step) *
+         second.getWorldTransform().inverse() * first.getWorldTransform();
+}
+
+double largest_motion(const btCollisionShape& shape, const btTransform& motion) {
+  btVector3 centre;
+  btScalar radius;
+  shape.getBoundingSphere(centre, radius);
+  return (motion * centre - centre).length() + motion.getRotation().getAngleShortestPath() * radius;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,18 @@
+// Motion of Bullet's shapes in a step in which nothing touches their bodies.
+#pragma once
+
+#include "core/rigid/bullet.h"
+
+namespace loomstone {
+
+// Returns the pose of a shape after a step in which nothing touches its body.
+btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step);
+// Returns the motion of the second object in a step in which nothing touches the two objects, in
+// the axes of the first.
+btTransform relative_motion(const btCollisionObjectWrapper& first,
+                            const btCollisionObjectWrapper& second, btScalar step);
+// Returns an upper bound on the distance by which points of a shape move in a motion that is given
+// in its axes [m].
+double largest_motion(const btCollisionShape& shape, const btTransform& motion);
+
+}  // namespace loomstone
