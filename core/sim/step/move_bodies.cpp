@@ -56,6 +56,15 @@ std::vector<Index> carriers_of_cloth(const Model& model) {
   return bodies;
 }
 
+// Pose of body b at the end of the part if it moves by its velocities in `solved`.
+RigidPose pose_of_solve(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
+                        Index b) {
+  const RigidPose& from = loads.body_poses[b];
+  const Vec3 speed = solved.velocity.row(2 * b).transpose(),
+             rate = solved.velocity.row(2 * b + 1).transpose();
+  return {from.position + part.h * speed, turned(from.orientation, rate, part.h)};
+}
+
 // Divides the impulses of the cloth and of the user's forces in a part into impulses at its start
 // and impulses at its end, and returns them in this order. Without contacts and under constant
 // magnetic forces, bodies with attached vertices then get the final velocities and the poses that
@@ -70,11 +79,8 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
   for (const Index b : carriers_of_cloth(model)) {
     const double mass = model.body_mass[b].mass;
     const RigidPose& from = loads.body_poses[b];
-    const Vec3 speed = solved.velocity.row(2 * b).transpose(),
-               rate = solved.velocity.row(2 * b + 1).transpose();
-    const RigidPose to = solved.poses.empty() ? RigidPose{from.position + part.h * speed,
-                                                          turned(from.orientation, rate, part.h)}
-                                              : solved.poses[b];
+    const RigidPose to =
+        solved.poses.empty() ? pose_of_solve(part, loads, solved, b) : solved.poses[b];
     // Momenta at the start plus half of the momenta that gravity and magnetic forces add.
     const Vec3 momentum =
         0.5 * (mass * (start.row(2 * b) + loads.body_velocity.row(2 * b)).transpose() -
@@ -94,6 +100,31 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
     first.angular.row(b) = angular.transpose();
   }
   return {first, last};
+}
+
+// Moves attached vertices by the distance by which contacts or magnetic sub-steps have moved their
+// points on the bodies away from those in the solve. Otherwise, the springs of attachments would
+// bring them back in the next part, with a velocity of this distance divided by its length. Does
+// not change velocities, so the springs exchange the momentum. Returns MovedBodies::carried_gain
+// [J].
+double shift_attached(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
+                      const Engines& engines, State& state) {
+  const Model& model = engines.model;
+  if (model.attachments.empty()) return 0.0;
+  std::vector<Vec3> shifts;
+  double farthest = 0.0;
+  for (const AttachedVertex& attached : model.attachments) {
+    const RigidPose pose = pose_of_solve(part, loads, solved, attached.body);
+    const Vec3 expected = pose.position + rotation_matrix(pose.orientation) * attached.local;
+    shifts.push_back(to_world(state.rigid, attached.body, attached.local) - expected);
+    farthest = std::max(farthest, shifts.back().norm());
+  }
+  if (farthest <= rounding_of_places * model.cloth_size) return 0.0;
+  Points& x = state.cloth.x;
+  const double energy = potential_energy(engines, x);
+  for (std::size_t i = 0; i < shifts.size(); ++i)
+    x.row(model.attachments[i].row) += shifts[i].transpose();
+  return potential_energy(engines, x) - energy;
 }
 
 // Gives attached vertices the positions and velocities of their points on the bodies. Returns
@@ -163,7 +194,8 @@ MovedBodies move_bodies(const StepContext& part, const Loads& loads, const Solve
                            state.rigid);
     moved.obstacle_work = engines.world->obstacle_work();
   }
-  if (!solved.poses.empty()) moved.carried_gain = follow_bodies(model, engines, state);
+  moved.carried_gain = solved.poses.empty() ? shift_attached(part, loads, solved, engines, state)
+                                            : follow_bodies(model, engines, state);
   return moved;
 }
 

@@ -3,16 +3,9 @@
 import loomstone as ls
 import numpy as np
 import pytest
+from vertex_masses import vertex_masses
 
 SCHEMES = [ls.ImplicitMidpoint, ls.BDF2]
-
-
-def vertex_masses(mesh: ls.TriangleMesh, density: float) -> np.ndarray:
-    """Returns a third of the mass of the triangles around each vertex [kg]."""
-    corners = mesh.vertices[mesh.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    thirds = density * np.linalg.norm(normals, axis=1) / 6
-    return np.bincount(mesh.triangles.ravel(), np.repeat(thirds, 3))
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
