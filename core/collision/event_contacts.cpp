@@ -184,6 +184,7 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   const bool first = body_of(event.vertices[0]) == event.body;
   const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
   body.push(impulse, (event.touched - body.pose.position).cross(impulse));
+  body.touched = true;
   return true;
 }
 
@@ -236,6 +237,7 @@ void EventContacts::return_bodies(const EventMotion& motion) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     motion.bodies[b].velocity = bodies_[b].body.velocity;
     motion.bodies[b].angular_velocity = bodies_[b].body.angular_velocity;
+    motion.bodies[b].touched = bodies_[b].body.touched;
   }
 }
 

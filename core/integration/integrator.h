@@ -47,6 +47,8 @@ struct BodiesOfStep {
   // Vertices attached to bodies, each listed once.
   const std::vector<AttachedVertex>* attached = nullptr;
   std::vector<RigidPose>* end = nullptr;  // (b) poses at the end; set on return
+  // (b) 1: vertices are attached to the body, or cloth has pushed it; set on return
+  std::vector<std::uint8_t>* with_cloth = nullptr;
 };
 
 // Input of a step. The rows are the cloth vertices. If the linear system includes rigid bodies, two

@@ -141,11 +141,13 @@ void AttachedBodies::share_levels(std::vector<std::uint8_t>& vertex_levels) {
 }
 
 void AttachedBodies::finish(const StepInputs& inputs, Points& body_velocity) const {
+  if (inputs.bodies) inputs.bodies->with_cloth->resize(bodies_.size());
   for (Index b = 0; b < size(); ++b) {
     const EventBody& body = bodies_[b];
     const Vec3 centre =
         body.pose.position + rotation_matrix(body.pose.orientation) * own_[b].centre;
     (*inputs.bodies->end)[b] = {centre, body.pose.orientation};
+    (*inputs.bodies->with_cloth)[b] = body.touched || !own_[b].tied.empty();
     body_velocity.row(2 * b) = body.velocity_at(centre).transpose();
     body_velocity.row(2 * b + 1) = body.angular_velocity.transpose();
   }

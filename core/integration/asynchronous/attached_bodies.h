@@ -18,7 +18,7 @@ class AttachedBodies {
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
   // Ends the interval. Stores the velocities of the bodies in `body_velocity` (two rows for each
-  // body: velocity [m/s] and angular velocity [rad/s]), and their poses in BodiesOfStep::end.
+  // body: velocity [m/s] and angular velocity [rad/s]), and sets BodiesOfStep::end and with_cloth.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
   // Applies the fraction `share` of the impulses that the loads give the body in the interval.

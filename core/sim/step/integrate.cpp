@@ -86,7 +86,7 @@ class CollisionsOfStep final : public EventCollisions {
 SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
                        State& state, Engines& engines, StepReport& report) {
   const Model& model = engines.model;
-  SolvedBodies solved{loads.body_velocity, {}};
+  SolvedBodies solved{loads.body_velocity};
   if (model.cloth.n_vertices == 0) return solved;
   const double gain = gain_before(part, near, engines, state);
   const auto phase = limit_phase(part, near, state, engines);
@@ -118,7 +118,8 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
                           (near.any_terms || !near.tangle.empty() || !model.attachments.empty());
   Points start = body_velocities(state.rigid);
   add_body_impulses(loads, start);
-  const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};
+  const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses,
+                            &solved.with_cloth};
   if (engines.integrator->moves_bodies()) {
     inputs.bodies = &bodies;
     solved.poses = loads.body_poses;

@@ -10,7 +10,10 @@ struct SolvedBodies {
   // (2 b x 3) velocities of the bodies after the impulses of the cloth, or the predicted velocities
   // if there is no cloth [m/s, rad/s]
   Points velocity;
-  std::vector<RigidPose> poses;  // (b) poses at the end; empty unless the integrator moves bodies
+  std::vector<RigidPose> poses =
+      {};  // (b) poses at the end; empty unless the integrator moves bodies
+  // (b) See BodiesOfStep; empty unless the integrator moves bodies.
+  std::vector<std::uint8_t> with_cloth = {};
 };
 
 // Advances the cloth of `state`. Returns the solved motion of the bodies. Throws SolverFailure.

@@ -47,9 +47,12 @@ BodyImpulses given_impulses(const Loads& loads, const SolvedBodies& solved, cons
   return impulses;
 }
 
-// Returns the bodies to which vertices are attached, in ascending order.
-std::vector<Index> carriers_of_cloth(const Model& model) {
+// Returns the bodies to which vertices are attached and, if the integrator has moved the bodies,
+// those that cloth has pushed, in ascending order.
+std::vector<Index> bodies_with_cloth(const SolvedBodies& solved, const Model& model) {
   std::vector<Index> bodies;
+  for (std::size_t b = 0; b < solved.with_cloth.size(); ++b)
+    if (solved.with_cloth[b]) bodies.push_back(static_cast<Index>(b));
   for (const AttachedVertex& attached : model.attachments) bodies.push_back(attached.body);
   std::sort(bodies.begin(), bodies.end());
   bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
@@ -67,7 +70,7 @@ RigidPose pose_of_solve(const StepContext& part, const Loads& loads, const Solve
 
 // Divides the impulses of the cloth and of the user's forces in a part into impulses at its start
 // and impulses at its end, and returns them in this order. Without contacts and under constant
-// magnetic forces, bodies with attached vertices then get the final velocities and the poses that
+// magnetic forces, bodies_with_cloth() then get the final velocities and the poses that
 // the integrator has computed. If it has computed no poses, these bodies move by their final
 // velocities times the length of the part. On other bodies, all impulses act at the start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
@@ -76,7 +79,7 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
   BodyImpulses first = given_impulses(loads, solved, model), last = first;
   last.linear.setZero(), last.angular.setZero();
   const Points start = body_velocities(rigid);
-  for (const Index b : carriers_of_cloth(model)) {
+  for (const Index b : bodies_with_cloth(solved, model)) {
     const double mass = model.body_mass[b].mass;
     const RigidPose& from = loads.body_poses[b];
     const RigidPose to =
