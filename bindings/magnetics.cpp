@@ -351,6 +351,8 @@ void bind_lines(py::module_& m) {
         options.extent = extent, options.length = length, options.tolerance = tolerance;
         LineSeeds given;
         if (!seeds.is_none()) given.points = as_rows<Points>(seeds, "seeds");
+        if (!seeds.is_none() && given.points.rows() == 0)
+          throw InvalidInput("seeds [m] must contain at least one point (n, 3), got none");
         given.way.assign(given.points.rows(), 0);
         const Team team = team_of(threads);
         FieldLines found;

@@ -123,6 +123,7 @@ def test_bad_requests_are_refused():
         ({"extent": -1.0}, "extent"),
         ({"length": np.inf}, "length .* must be finite .* got 0 and inf"),
         ({"seeds": [[np.nan, 0, 0]]}, "seeds"),
+        ({"seeds": np.zeros((0, 3))}, "seeds .* at least one point"),
     ):
         with pytest.raises(ls.InvalidInput, match=message):
             m.field_lines(SPHERE, **change)
