@@ -80,7 +80,7 @@ PolyDataWriter create_run(const std::string& path, const FrameTopology& topology
   std::vector<PolyDataField> on_points = {
       {"velocity", Number::Float64, 3, "m/s", "velocities", nullptr, "Vectors"},
       {"contact", Number::UInt8, 1, "1",
-       "1: in contact, 2: triangles were forced to intersect, 0: neither"},
+       "1: in contact, 2: on a triangle that was forced to intersect, 0: neither"},
       {"cloth", Number::Int32, 1, "1", cloth, cloths.data()}};
   if (shown.textured)
     on_points.push_back({"uv", Number::Float64, 2, "m", "rest coordinates: weft, warp",
