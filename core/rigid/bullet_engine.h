@@ -36,8 +36,9 @@ class BulletWorld : public btDiscreteDynamicsWorld {
     btVector3 linear, angular;
   };
   // Kicks of the dynamic bodies. If `half` is not empty, the velocities at the start and end of the
-  // step are those of kick-drift-kick. The step before then ended with a half kick, which does not
-  // count as approach speed, and this step ends with one, which the speed of the rebound includes.
+  // step are those of kick-drift-kick. In that case, the previous step ended with a half kick,
+  // which does not count as approach speed. This step also ends with a half kick, and the speed of
+  // the rebound includes it.
   struct Kicks {
     std::vector<Kick> whole;  // by all impulses of the step; the velocities already contain them
     std::vector<Kick> half;   // half kicks by the forces of kick-drift-kick; may be empty

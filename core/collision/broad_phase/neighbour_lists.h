@@ -299,8 +299,8 @@ class NeighbourLists {
   // Largest distance by which vertices of each surface may deviate from their expected motion [m].
   std::vector<double> margin_;
   Points x_, before_;  // positions of the last update() and of the one before it
-  // For own_vertices(): start and end of the motion expected in the last search for cluster pairs,
-  // and the end of the motion in the last cover() that determined Pass::due.
+  // For own_vertices(): start and end of the motion that the last search for cluster pairs
+  // expected, and the end of the motion in the last cover() that determined Pass::due.
   Points from_, to_, covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
   bool unchecked_ = false;    // the passes of the last update() have not been gathered yet

@@ -153,8 +153,8 @@ double ElementSteps::step(Index t, const LimitPhases& phases, double safety) con
   return (std::sqrt(d * d + 4.0 * safety * safety * k) - d) / k;
 }
 
-// Returns the largest eigenvalue of the stiffness over mass that the limit modes of triangle t add
-// in the given phases [1/s^2].
+// Returns the largest eigenvalue of the stiffness, divided by mass, that the limit modes of
+// triangle t add if they are in the given phases [1/s^2].
 double ElementSteps::largest_of_phases(Index t, const LimitPhases& phases) const {
   constexpr double modulus[3] = {0.0, 1.0, 1.0 + LimitMode::steeper};
   Vec3 root;

@@ -14,7 +14,7 @@ void begin_account(const Engines& engines, State& state);
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part
-  bool surfaces_move = false;  // some scripted surface moved
+  bool surfaces_move = false;  // some obstacle moved
 };
 
 // Adds the work and the losses of a part to state.account, and updates its largest kinetic energy.

@@ -72,7 +72,7 @@ def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
 
     Two surfaces overlap if they intersect both at full size and after shrinking by SHRINKAGE, or if
     a closed one contains the other. Intersections are sought among the first MOST_TESTED surfaces
-    whose bounding boxes overlap others.
+    whose bounding boxes overlap those of others, if at least one of the two moves freely.
     """
     if not any(surface.free for surface in surfaces):
         return []

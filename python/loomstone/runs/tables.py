@@ -15,8 +15,8 @@ __all__ = ["read_rows", "read_table", "write_table"]
 def read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
     """Returns the header and the rows of a CSV file; the header of an empty file is empty.
 
-    A last row that does not end with a line break is skipped, because it was cut off when a process
-    was killed. Raises CacheError if the file is not a table.
+    The last row is skipped if it does not end with a line break, because then it was cut off when a
+    process was killed. Raises CacheError if the file is not a table.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
