@@ -59,12 +59,11 @@ std::vector<Index> bodies_with_cloth(const SolvedBodies& solved, const Model& mo
   return bodies;
 }
 
-// Pose of body b at the end of the part if it moves by its velocities in `solved`.
-RigidPose pose_of_solve(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
-                        Index b) {
+// Pose of body b at the end of the part if it moves at the given velocities (2 b x 3).
+RigidPose pose_at(const StepContext& part, const Loads& loads, const Points& velocities, Index b) {
   const RigidPose& from = loads.body_poses[b];
-  const Vec3 speed = solved.velocity.row(2 * b).transpose(),
-             rate = solved.velocity.row(2 * b + 1).transpose();
+  const Vec3 speed = velocities.row(2 * b).transpose(),
+             rate = velocities.row(2 * b + 1).transpose();
   return {from.position + part.h * speed, turned(from.orientation, rate, part.h)};
 }
 
@@ -83,7 +82,7 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
     const double mass = model.body_mass[b].mass;
     const RigidPose& from = loads.body_poses[b];
     const RigidPose to =
-        solved.poses.empty() ? pose_of_solve(part, loads, solved, b) : solved.poses[b];
+        solved.poses.empty() ? pose_at(part, loads, solved.velocity, b) : solved.poses[b];
     // Momenta at the start plus half of the momenta that gravity and magnetic forces add.
     const Vec3 momentum =
         0.5 * (mass * (start.row(2 * b) + loads.body_velocity.row(2 * b)).transpose() -
@@ -105,28 +104,49 @@ std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Load
   return {first, last};
 }
 
-// Moves attached vertices by the distance by which contacts or magnetic sub-steps have moved their
-// points on the bodies away from those in the solve. Otherwise, the springs of attachments would
-// bring them back in the next part, with a velocity of this distance divided by its length. Does
-// not change velocities, so the springs exchange the momentum. Returns MovedBodies::carried_gain
-// [J].
+Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& point) {
+  const Vec3 along = b - a;
+  const double square = along.squaredNorm();
+  return square > 0.0 ? a + std::clamp(along.dot(point - a) / square, 0.0, 1.0) * along : a;
+}
+
+// After impacts, moves attached vertices with their points on the bodies. Otherwise, the springs of
+// attachments would bring them back in the next part, with a velocity of their distance divided by
+// its length. Velocities do not change, so the springs exchange the momentum.
+//
+// A contact that only cancels the acceleration of a body, such as that of a floor on which it
+// rests, moves no vertex, because the springs balance its forces. A vertex is therefore moved only
+// by the distance of its point from all places between those to which the velocities of the body at
+// the start of the part and after the solve would have carried it. touched[b] is 1 if contacts have
+// changed the motion of body b; if `touched` is empty, any body may have been touched. A vertex
+// that is attached to several bodies moves by the mean. Returns MovedBodies::carried_gain [J].
 double shift_attached(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
-                      const Engines& engines, State& state) {
-  const Model& model = engines.model;
-  if (model.attachments.empty()) return 0.0;
-  std::vector<Vec3> shifts;
+                      const std::vector<std::uint8_t>& touched, const Engines& engines,
+                      State& state) {
+  const std::vector<AttachedVertex>& attached = engines.model.attachments;
+  const Points start = body_velocities(part.start->rigid);
+  std::vector<Vec3> shifts(attached.size(), Vec3::Zero());
   double farthest = 0.0;
-  for (const AttachedVertex& attached : model.attachments) {
-    const RigidPose pose = pose_of_solve(part, loads, solved, attached.body);
-    const Vec3 expected = pose.position + rotation_matrix(pose.orientation) * attached.local;
-    shifts.push_back(to_world(state.rigid, attached.body, attached.local) - expected);
-    farthest = std::max(farthest, shifts.back().norm());
+  for (std::size_t i = 0; i < attached.size(); ++i) {
+    const auto [row, b, local] = attached[i];
+    if (!touched.empty() && !touched[b]) continue;
+    const auto place = [&](const Points& velocities) -> Vec3 {
+      const RigidPose pose = pose_at(part, loads, velocities, b);
+      return pose.position + rotation_matrix(pose.orientation) * local;
+    };
+    const Vec3 actual = to_world(state.rigid, b, local);
+    shifts[i] = actual - nearest_on_segment(place(start), place(solved.velocity), actual);
+    farthest = std::max(farthest, shifts[i].norm());
   }
-  if (farthest <= rounding_of_places * model.cloth_size) return 0.0;
+  if (farthest <= rounding_of_places * engines.model.cloth_size) return 0.0;
   Points& x = state.cloth.x;
   const double energy = potential_energy(engines, x);
-  for (std::size_t i = 0; i < shifts.size(); ++i)
-    x.row(model.attachments[i].row) += shifts[i].transpose();
+  for (std::size_t i = 0, end = 0; i < attached.size(); i = end) {
+    Vec3 sum = Vec3::Zero();  // attachments are sorted by their rows
+    for (end = i; end < attached.size() && attached[end].row == attached[i].row; ++end)
+      sum += shifts[end];
+    x.row(attached[i].row) += sum.transpose() / static_cast<double>(end - i);
+  }
   return potential_energy(engines, x) - energy;
 }
 
@@ -179,6 +199,7 @@ MovedBodies move_bodies(const StepContext& part, const Loads& loads, const Solve
   MovedBodies moved;
   if (!engines.world) return moved;
   const Model& model = engines.model;
+  std::vector<std::uint8_t> touched;
   if (engines.magnetics) {
     const auto [first, last] = divided_impulses(part, loads, solved, state.rigid, model);
     const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
@@ -194,11 +215,13 @@ MovedBodies move_bodies(const StepContext& part, const Loads& loads, const Solve
   } else {
     const BodyImpulses impulses = given_impulses(loads, solved, model);
     engines.world->advance(part.h, impulses, obstacle_places(model, state, part.t1, part.share),
-                           state.rigid);
+                           state.rigid, &touched);
     moved.obstacle_work = engines.world->obstacle_work();
   }
-  moved.carried_gain = solved.poses.empty() ? shift_attached(part, loads, solved, engines, state)
-                                            : follow_bodies(model, engines, state);
+  if (!solved.poses.empty())
+    moved.carried_gain = follow_bodies(model, engines, state);
+  else if (!model.attachments.empty())
+    moved.carried_gain = shift_attached(part, loads, solved, touched, engines, state);
   return moved;
 }
 
