@@ -69,8 +69,8 @@ RigidPose pose_at(const StepContext& part, const Loads& loads, const Points& vel
 
 // Divides the impulses of the cloth and of the user's forces in a part into impulses at its start
 // and impulses at its end, and returns them in this order. Without contacts and under constant
-// magnetic forces, bodies_with_cloth() then get the final velocities and the poses that
-// the integrator has computed. If it has computed no poses, these bodies move by their final
+// magnetic forces, the bodies in bodies_with_cloth() then get the final velocities and the poses
+// that the integrator has computed. If it has computed no poses, these bodies move by their final
 // velocities times the length of the part. On other bodies, all impulses act at the start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
                                              const SolvedBodies& solved, const RigidState& rigid,
@@ -115,11 +115,12 @@ Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& point) {
 // its length. Velocities do not change, so the springs exchange the momentum.
 //
 // A contact that only cancels the acceleration of a body, such as that of a floor on which it
-// rests, moves no vertex, because the springs balance its forces. A vertex is therefore moved only
-// by the distance of its point from all places between those to which the velocities of the body at
-// the start of the part and after the solve would have carried it. touched[b] is 1 if contacts have
-// changed the motion of body b; if `touched` is empty, any body may have been touched. A vertex
-// that is attached to several bodies moves by the mean. Returns MovedBodies::carried_gain [J].
+// rests, moves no vertex, because the springs balance its forces. The velocities of the body at the
+// start of the part and after the solve would carry the point of a vertex to two places. The vertex
+// is therefore moved only by the distance of its point from the segment between them. touched[b] is
+// 1 if contacts have changed the motion of body b; if `touched` is empty, any body may have been
+// touched. A vertex that is attached to several bodies moves by the mean. Returns
+// MovedBodies::carried_gain [J].
 double shift_attached(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                       const std::vector<std::uint8_t>& touched, const Engines& engines,
                       State& state) {
@@ -128,13 +129,13 @@ double shift_attached(const StepContext& part, const Loads& loads, const SolvedB
   std::vector<Vec3> shifts(attached.size(), Vec3::Zero());
   double farthest = 0.0;
   for (std::size_t i = 0; i < attached.size(); ++i) {
-    const auto [row, b, local] = attached[i];
-    if (!touched.empty() && !touched[b]) continue;
+    const AttachedVertex& vertex = attached[i];
+    if (!touched.empty() && !touched[vertex.body]) continue;
     const auto place = [&](const Points& velocities) -> Vec3 {
-      const RigidPose pose = pose_at(part, loads, velocities, b);
-      return pose.position + rotation_matrix(pose.orientation) * local;
+      const RigidPose pose = pose_at(part, loads, velocities, vertex.body);
+      return pose.position + rotation_matrix(pose.orientation) * vertex.local;
     };
-    const Vec3 actual = to_world(state.rigid, b, local);
+    const Vec3 actual = to_world(state.rigid, vertex.body, vertex.local);
     shifts[i] = actual - nearest_on_segment(place(start), place(solved.velocity), actual);
     farthest = std::max(farthest, shifts[i].norm());
   }
