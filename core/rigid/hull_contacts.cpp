@@ -7,77 +7,17 @@
 #include <tuple>
 #include <utility>
 
+#include "core/rigid/contact_reduction.h"
+
 namespace loomstone {
 
 namespace {
 
 constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
+// Contacts in one plane are the same if they are closer than this multiple of Query::near.
+constexpr double same_point = 1e-6;
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
-
-using Contacts = HullOnTriangles::Contacts;
-
-// Reduces the contacts in one plane to at most four. A contact bears load if its gap exceeds the
-// smallest gap by less than 0.02 `near`. If at least four contacts bear load, keeps four of them:
-// the one farthest from their mean position, the one farthest from that one, and the farthest one
-// on each side of the line through these two. Otherwise keeps all contacts that bear load and
-// adds those farthest from the contacts already kept. Contacts that existed in the last step count
-// as slightly deeper and farther out.
-void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
-  if (contacts.size() <= 4) return;
-  constexpr double bearing = 0.02, stays = 1.05;
-  std::vector<bool> old;
-  for (const HullContact& contact : contacts)
-    old.push_back(std::any_of(before.begin(), before.end(), [&](const HullContact& c) {
-      return (c.point - contact.on_hull()).norm() < 0.1 * near;
-    }));
-  double deepest = near;
-  for (const HullContact& contact : contacts) deepest = std::min(deepest, contact.gap);
-  const auto swap = [&](std::size_t i, std::size_t j) {
-    std::swap(contacts[i], contacts[j]);
-    std::vector<bool>::swap(old[i], old[j]);
-  };
-  std::size_t n = 0;
-  for (std::size_t k = 0; k < contacts.size(); ++k)
-    if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
-  Vec3 mean = Vec3::Zero();
-  for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
-  // Moves the contact with the largest value among [place, end) to `place`. Values within a
-  // fraction `ties` of each other count as equal, and the first of them is chosen.
-  const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
-    std::size_t chosen = place;
-    double most = 0.0;
-    for (std::size_t k = place; k < end; ++k) {
-      const double at = value(contacts[k]) * (old[k] ? stays : 1.0);
-      if (k == place || at > most + ties * std::abs(most)) chosen = k, most = at;
-    }
-    swap(place, chosen);
-  };
-  if (n >= 4) {
-    bring(0, n, 1e-6, [&](const HullContact& c) { return (c.point - mean).squaredNorm(); });
-    const Vec3 first = contacts[0].point;
-    bring(1, n, 1e-6, [&](const HullContact& c) { return (c.point - first).squaredNorm(); });
-    const Vec3 line = contacts[1].point - first;
-    bring(2, n, 1e-6,
-          [&](const HullContact& c) { return (c.point - first).cross(line).squaredNorm(); });
-    const Vec3 side = (contacts[2].point - first).cross(line);
-    bring(3, n, 1e-6,
-          [&](const HullContact& c) { return -side.dot((c.point - first).cross(line)); });
-    contacts.resize(4);
-    return;
-  }
-  // Sort by gap, because bring() chooses the first of several contacts with nearly equal distances.
-  for (std::size_t k = n + 1; k < contacts.size(); ++k)
-    for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
-  for (std::size_t place = n; place < 4; ++place)
-    bring(place, contacts.size(), 0.1, [&](const HullContact& c) {
-      double least = (c.point - contacts[0].point).squaredNorm();
-      for (std::size_t k = 1; k < place; ++k)
-        least = std::min(least, (c.point - contacts[k].point).squaredNorm());
-      return least;
-    });
-  contacts.resize(4);
-}
 
 }  // namespace
 
@@ -214,9 +154,10 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
 }
 
 // Clips the triangle with the planes of the hull faces whose directions differ from that of `face`.
-// Adds contacts at those corners of the result whose gap is at most `near`.
+// Adds contacts at those corners of the result whose gap is at most `near`; if `own`, only at
+// corners of the triangle itself.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
-                                    double near) {
+                                    double near, bool own) {
   const ConvexPolyhedron::Face& below = hull_->faces[face];
   polygon_.assign(triangle.begin(), triangle.end());
   for (const ConvexPolyhedron::Face& other : hull_->faces) {
@@ -233,6 +174,7 @@ void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const V
     polygon_.swap(clipped_);
   }
   for (const Vec3& point : polygon_) {
+    if (own && std::ranges::find(triangle, point) == triangle.end()) continue;
     const double gap = (below.normal.dot(point) - below.offset) / -below.normal.dot(normal);
     if (gap <= near) contacts_.push_back({point, normal, gap});
   }
@@ -240,7 +182,10 @@ void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const V
 
 void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double near,
                             const Axis& axis) {
-  if (axis.edge >= 0) {
+  // Two edges that meet at a direction close to the normal are part of an area of contact, which
+  // clipping finds as a whole.
+  const bool along_normal = axis.direction.dot(normal) > turned_to;
+  if (axis.edge >= 0 && !along_normal) {
     contacts_.push_back({axis.point, axis.direction, axis.gap});
     return;
   }
@@ -252,8 +197,11 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
     if (opposite->normal.dot(normal) < -turned_to)
       face = static_cast<Index>(opposite - hull_->faces.begin());
   }
-  if (axis.direction.dot(normal) > turned_to) clip_hull(triangle, normal, near);
-  if (face >= 0) clip_triangle(triangle, face, axis.met ? axis.direction : normal, near);
+  // clip_hull() finds all contacts but those at corners of the triangle.
+  if (along_normal) clip_hull(triangle, normal, near);
+  const bool along_axis = axis.met && axis.edge < 0;
+  if (face >= 0)
+    clip_triangle(triangle, face, along_axis ? axis.direction : normal, near, along_normal);
 }
 
 Vec3 HullOnTriangles::facing_normal(const Query& query, const Corners& triangle) const {
@@ -329,9 +277,11 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
     const auto plane = std::find_if(planes.begin(), planes.end(), same);
     if (plane == planes.end()) {
       planes.push_back({contact});
-    } else if (std::none_of(plane->begin(), plane->end(),
-                            [&](const HullContact& c) { return c.point == contact.point; })) {
-      // Repeated contacts are left out: all edges at a corner of the hull give the same contact.
+    } else if (std::none_of(plane->begin(), plane->end(), [&](const HullContact& c) {
+                 return (c.point - contact.point).norm() < same_point * query.near;
+               })) {
+      // Repeated contacts are left out: all edges at a corner of the hull give the same contact,
+      // and so do the two triangles at a side.
       plane->push_back(contact);
     }
   }
@@ -343,7 +293,7 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   std::stable_sort(planes.begin(), planes.end(),
                    [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
   if (planes.size() > query.most) planes.resize(query.most);
-  for (Contacts& plane : planes) keep_bearing(plane, query.near, query.before);
+  for (Contacts& plane : planes) reduce_contacts(plane, query.near, query.before);
 }
 
 }  // namespace loomstone

@@ -73,7 +73,8 @@ class HullOnTriangles {
   // is nearly parallel to the triangle's `normal`, some have the direction of `normal` instead.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
-  void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near);
+  void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near,
+                     bool own);
 
   const ConvexPolyhedron* hull_ = nullptr;
   const std::vector<Corners>* triangles_ = nullptr;

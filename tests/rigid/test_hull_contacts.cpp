@@ -67,6 +67,30 @@ TEST_CASE("a box stands on a plane of triangles by its four corners, wherever th
     }
 }
 
+TEST_CASE("a box that is slightly tilted has contacts at all its corners") {
+  // All of them are close enough to meet the plane while the box turns about the deepest one.
+  const ConvexPolyhedron hull = box_polyhedron(Vec3(0.05, 0.015, 0.01));
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> place(-0.2, 0.2);
+  const double tilt = GENERATE(1e-4, 7e-4, 3e-3, 1e-2);
+  const Index cells = GENERATE(1, 37, 80);
+  for (int i = 0; i < 10; ++i) {
+    const Vec3 at(place(random), place(random), 0.0099);
+    const Vec3 axis = rotation_matrix(random_turn(random)) * Vec3::UnitX();
+    const Mat3 turned = about(Vec3(axis.x(), axis.y(), 0.0).normalized(), tilt) *
+                        about(Vec3::UnitZ(), 20.0 * place(random));
+    CAPTURE(tilt, cells, i);
+    std::vector<bool> met(4, false);
+    for (const HullContact& contact :
+         contacts_on(floor_square(1.0, cells), hull, at, turned, 0.002)) {
+      const Vec3 own = turned.transpose() * (contact.on_hull() - at);
+      if (std::abs(own.x()) > 0.049 && std::abs(own.y()) > 0.014)
+        met[(own.x() > 0) + 2 * (own.y() > 0)] = true;
+    }
+    CHECK(met == std::vector<bool>(4, true));
+  }
+}
+
 TEST_CASE(
     "a corner meets a face, a face a corner, an edge an edge, each once and in the right plane") {
   const ConvexPolyhedron cube = box_polyhedron(Vec3(0.01, 0.01, 0.01));
@@ -341,6 +365,27 @@ TEST_CASE("a box that falls fast stops at the surface, and one that passes by ke
     run(above, state, step, 20, 1);
     CHECK((state.velocities.row(0).transpose() - gliding.velocity).norm() < 1e-12);
   }
+}
+
+TEST_CASE("a box that lands almost flat does not sink in at the edge that lands last") {
+  const double step = GENERATE(1e-3, 4e-3, 1e-2), tilt = GENERATE(7e-4, 3e-3, 1e-2),
+               speed = GENERATE(0.05, 0.3, 1.0);
+  const Index cells = GENERATE(1, 40);
+  CAPTURE(step, tilt, speed, cells);
+  RigidBody flat = body_of(box(0.1, 0.03, 0.02), "box", Vec3(0.01, 0.02, 0.0107));
+  flat.orientation = Vec4(std::cos(0.5 * tilt), 0.0, std::sin(0.5 * tilt), 0.0);
+  flat.velocity = Vec3(0, 0, -speed);
+  RigidWorld world({flat}, {floor_of(4.0, cells)}, gravity);
+  RigidState state = world.initial_state();
+  double lowest = 1.0;
+  for (int i = 0; i < 50; ++i) {
+    run(world, state, step, 1, 1);
+    const Mat3 turned = rotation_matrix(state.orientations.row(0).transpose());
+    lowest = std::min(lowest, state.positions(0, 2) - 0.05 * std::abs(turned(2, 0)) -
+                                  0.015 * std::abs(turned(2, 1)) - 0.01 * turned(2, 2));
+  }
+  CHECK(lowest > -5e-5);  // the box turns by up to 0.01 within a step
+  CHECK(state.velocities.row(0).norm() < 1e-3);
 }
 
 TEST_CASE("a body that falls fast on another body stops at its surface and keeps its momentum") {

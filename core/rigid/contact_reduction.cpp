@@ -1,0 +1,145 @@
+#include "core/rigid/contact_reduction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace loomstone {
+
+namespace {
+
+using Indices = std::vector<std::size_t>;
+
+constexpr std::size_t most_kept = 4;  // largest number of contacts in a manifold of Bullet
+
+// Contacts that existed in the last step count as slightly deeper and farther out.
+class Reduction {
+ public:
+  Reduction(const std::vector<HullContact>& contacts, double near,
+            const std::vector<HullContact>& before)
+      : contacts_(contacts), margin_(0.02 * near), all_(contacts.size()) {
+    std::iota(all_.begin(), all_.end(), std::size_t{0});
+    double deepest = near;
+    for (const HullContact& contact : contacts) {
+      old_.push_back(std::any_of(before.begin(), before.end(), [&](const HullContact& c) {
+        return (c.point - contact.on_hull()).norm() < 0.1 * near;
+      }));
+      deepest = std::min(deepest, contact.gap);
+    }
+    for (const std::size_t k : all_)
+      if (contacts[k].gap < deepest + (old_[k] ? 2.0 : 1.0) * margin_) bearing_.push_back(k);
+  }
+
+  // Chooses four corners of all contacts if no other contact lies deeper than the surface between
+  // them. This is so if a face of the hull meets a flat surface, even if the face is tilted, so
+  // that it bears load only at one edge. Without the corners at the opposite edge, a box would turn
+  // about the bearing one and sink in. Otherwise, the hull is rounded or the surface rough. Then
+  // chooses corners of the contacts that bear load or, if there are fewer than four of them,
+  // chooses these and adds those that are farthest from them.
+  Indices kept() const {
+    Indices chosen = corners(all_);
+    if (lies_on(chosen)) return chosen;
+    if (bearing_.size() >= most_kept) return corners(bearing_);
+    return with_farthest(bearing_);
+  }
+
+ private:
+  const Vec3& at(std::size_t k) const { return contacts_[k].point; }
+
+  // Returns the contact with the largest value. Values within a fraction `ties` of each other count
+  // as equal, and the first of them is chosen.
+  template <class Value>
+  std::size_t largest(const Indices& among, double ties, const Value& value) const {
+    std::size_t chosen = among.front();
+    double most = -std::numeric_limits<double>::infinity();
+    for (const std::size_t k : among) {
+      const double here = value(at(k)) * (old_[k] ? 1.05 : 1.0);
+      if (!(here <= most + ties * std::abs(most))) chosen = k, most = here;
+    }
+    return chosen;
+  }
+
+  // Returns the contact that bears load and is farthest from the mean position of the contacts
+  // `among`. Adds, of these contacts, the one farthest from it and the farthest one on each side of
+  // the line through these two.
+  Indices corners(const Indices& among) const {
+    constexpr double ties = 1e-6;
+    Vec3 mean = Vec3::Zero();
+    for (const std::size_t k : among) mean += at(k) / static_cast<double>(among.size());
+    const std::size_t first =
+        largest(bearing_, ties, [&](const Vec3& x) { return (x - mean).squaredNorm(); });
+    const auto from_first = [&](const Vec3& x) -> Vec3 { return x - at(first); };
+    const std::size_t second =
+        largest(among, ties, [&](const Vec3& x) { return from_first(x).squaredNorm(); });
+    const Vec3 line = from_first(at(second));
+    const std::size_t third = largest(
+        among, ties, [&](const Vec3& x) { return from_first(x).cross(line).squaredNorm(); });
+    const Vec3 side = from_first(at(third)).cross(line);
+    const std::size_t fourth =
+        largest(among, ties, [&](const Vec3& x) { return -side.dot(from_first(x).cross(line)); });
+    return {first, second, third, fourth};
+  }
+
+  // Returns whether no contact is deeper than the two triangles between the corners.
+  bool lies_on(const Indices& corners) const {
+    const Vec3 &first = at(corners[0]), line = at(corners[1]) - first;
+    for (const std::size_t apex : {corners[2], corners[3]}) {
+      const Vec3 up = line.cross(at(apex) - first);
+      const double area = up.squaredNorm();
+      if (area == 0.0) continue;
+      for (const std::size_t k : all_) {
+        const Vec3 x = at(k) - first;
+        const double of_apex = line.cross(x).dot(up) / area;
+        if (of_apex < 0.0) continue;
+        const double of_second = x.cross(at(apex) - first).dot(up) / area,
+                     between = (1.0 - of_apex - of_second) * contacts_[corners[0]].gap +
+                               of_second * contacts_[corners[1]].gap +
+                               of_apex * contacts_[apex].gap;
+        if (contacts_[k].gap < between - margin_) return false;
+      }
+    }
+    return true;
+  }
+
+  // Adds the contacts farthest from those already chosen.
+  Indices with_farthest(Indices chosen) const {
+    Indices others;
+    for (const std::size_t k : all_)
+      if (std::ranges::find(chosen, k) == chosen.end()) others.push_back(k);
+    // Sorted by gap, because largest() chooses the first of several contacts that are nearly as
+    // far away.
+    std::ranges::stable_sort(others, {}, [&](std::size_t k) { return contacts_[k].gap; });
+    while (chosen.size() < most_kept) {
+      const std::size_t farthest = largest(others, 0.1, [&](const Vec3& x) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const std::size_t k : chosen) least = std::min(least, (x - at(k)).squaredNorm());
+        return least;
+      });
+      chosen.push_back(farthest);
+      std::erase(others, farthest);
+    }
+    return chosen;
+  }
+
+  const std::vector<HullContact>& contacts_;
+  const double margin_;  // gaps that differ by less are equal [m]
+  std::vector<bool> old_;
+  Indices all_;
+  Indices bearing_;  // contacts whose gap exceeds the smallest one by less than the margin
+};
+
+}  // namespace
+
+void reduce_contacts(std::vector<HullContact>& contacts, double near,
+                     const std::vector<HullContact>& before) {
+  if (contacts.size() <= most_kept) return;
+  Indices kept = Reduction(contacts, near, before).kept();
+  std::ranges::sort(kept);
+  kept.erase(std::ranges::unique(kept).begin(), kept.end());
+  std::vector<HullContact> reduced;
+  for (const std::size_t k : kept) reduced.push_back(contacts[k]);
+  contacts = std::move(reduced);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,16 @@
+// Choice of the contacts in one plane that the solver of contacts receives. Independent of Bullet.
+#pragma once
+
+#include <vector>
+
+#include "core/rigid/hull_contacts.h"
+
+namespace loomstone {
+
+// Reduces the contacts in one plane to at most four that support the hull as all of them would. The
+// contacts have gaps of at most `near` [m]. `before` contains the contacts of the last step, with
+// `point` on the hull.
+void reduce_contacts(std::vector<HullContact>& contacts, double near,
+                     const std::vector<HullContact>& before);
+
+}  // namespace loomstone
