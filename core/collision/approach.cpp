@@ -98,9 +98,9 @@ struct ApproachSearch::PairTest {
     }
     return off_plane(q, thickness + added_reach(motion));
   }
-  bool is_contact(const ApproachingPair& pair, const ClosestPair& closest) const {
+  bool is_contact(const ApproachingPair& pair, const ClosestPair& closest, double thickness) const {
     const SurfacePair& surfaces = pairs[pair.pair];
-    if (!(closest.distance < surfaces.thickness)) return false;
+    if (!(closest.distance < thickness)) return false;
     if (pair.kind == ContactKind::VertexFace) return true;
     const bool smooth = model.surfaces[surfaces.a].smooth || model.surfaces[surfaces.b].smooth;
     return !smooth && closest.interior;
@@ -119,7 +119,7 @@ struct ApproachSearch::PairTest {
   // culled or ignored. Returns the distance of the pair at the start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double speed,
               Approach& found) const {
-    const double thickness = pairs[pair.pair].thickness;
+    const double thickness = contact_distance(model, pairs[pair.pair], pair.kind, v);
     const FourPoints p = points(v);
     const bool vertex_face = pair.kind == ContactKind::VertexFace;
     const ClosestPair closest = vertex_face ? closest_vertex_face(p) : closest_edge_edge(p);
@@ -132,7 +132,7 @@ struct ApproachSearch::PairTest {
     if (pair.wake > motion.step || off_common_plane(pair.kind, v, thickness) ||
         tangle.ignores(model, pair.kind, pair.key, v))
       return closest.distance;
-    pair.contact = is_contact(pair, closest);
+    pair.contact = is_contact(pair, closest, thickness);
     if (closest.interior) pair.side = side_of(pair.kind, p);
     if (closest.distance > 0.0) pair.normal = closest.difference / closest.distance;
     found.pairs.push_back(pair);

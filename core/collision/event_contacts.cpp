@@ -106,16 +106,17 @@ Vec3 EventContacts::relative_velocity(const Event& event, const EventMotion& mot
 EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& points) {
   const ApproachingPair& which = pairs_[pair];
   const bool vertex_face = which.kind == ContactKind::VertexFace;
-  const double thickness = surface_pairs_[which.pair].thickness;
   Event event;
   event.vertices = vertices_[pair];
+  event.thickness =
+      contact_distance(model_, surface_pairs_[which.pair], which.kind, event.vertices);
   const ClosestPair closest = vertex_face ? closest_vertex_face(points) : closest_edge_edge(points);
   event.weights = closest.weights;
   event.distance = closest.distance;
   event.normal = vertex_face ? contact_normal_vertex_face(points, closest, Vec3::Zero())
                              : contact_normal_edge_edge(points, closest, Vec3::Zero());
   event.at_end = !vertex_face && !closest.interior;
-  event.to_cross = event.at_end ? motion_to_cross(points, thickness) : 0.0;
+  event.to_cross = event.at_end ? motion_to_cross(points, event.thickness) : 0.0;
   // If the features have passed through each other, they are pushed back to their previous side. A
   // vertex that has moved around the border of a face has not passed through it. Edges that
   // have rotated through the parallel position have not passed through each other.
@@ -135,7 +136,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
     event.body = body;
     event.touched += std::abs(event.weights[k]) * points[k];
   }
-  if (event.at_end || !(event.distance < thickness)) return event;
+  if (event.at_end || !(event.distance < event.thickness)) return event;
   for (int k = 0; k < 4; ++k)
     event.inverse_mass += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
   if (event.body >= 0)
@@ -147,7 +148,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
 // thickness. Returns false if no impulse is needed, or if event.inverse_mass is 0.
 bool EventContacts::push(const Event& event, Index pair, const EventMotion& motion) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
-  const double missing = surfaces.thickness - event.distance;
+  const double missing = event.thickness - event.distance;
   if (missing <= 0.0 || !(event.inverse_mass > 0.0)) return false;
   const Vec3 velocity = relative_velocity(event, motion);
   const double along = event.normal.dot(velocity);
@@ -210,7 +211,7 @@ double EventContacts::next_time(const Event& event, Index pair, double time,
     speeds[k] = event.normal.dot(velocities[k]);
   }
   const ContactKind kind = pairs_[pair].kind;
-  const double gap = event.distance - surface_pairs_[pairs_[pair].pair].thickness;
+  const double gap = event.distance - event.thickness;
   double wait = time_to_close(gap, largest_approach(kind, speeds));
   if (event.to_cross > 0.0) {
     double fastest2 = 0.0;

@@ -55,6 +55,7 @@ class EventContacts {
     std::array<double, 4> weights;
     Vec3 normal;
     double distance, inverse_mass;  // [m], [1/kg]; inverse mass 0: the pair gets no impulse
+    double thickness;               // contact_distance() [m]
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // contact point on the body [m]
     bool at_end;                    // true: two edges for which ClosestPair::interior is false

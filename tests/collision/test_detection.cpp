@@ -260,8 +260,8 @@ TEST_CASE("a surface that a vertex is attached to does not collide with its face
       make_scene({{grid_cells(0.1, 0.1, 4, 4), Kind::Cloth, 4e-3},
                   {floor_square(0.4, 2).moved(Vec3(0, 0, -0.001)), Kind::Body, 4e-3}});
   const auto all = CollisionStage(scene.model).proximity(Team{1}, scene.x, {});
-  scene.model.attached_surface.assign(scene.model.n_vertices, -1);
-  scene.model.attached_surface[0] = 1;
+  scene.model.attached.resize(scene.model.n_vertices);
+  scene.model.attached[0].surface = 1;
   const auto rest = CollisionStage(scene.model).proximity(Team{1}, scene.x, {});
   CHECK(rest.size() < all.size());
   for (const Contact& contact : rest)

@@ -1,5 +1,6 @@
 // Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap, and reports each
-// pair once. Excludes pairs that share a vertex and pairs tied by an attachment. surface_pairs()
+// pair once. Excludes pairs that share a vertex and pairs that do not collide because of an
+// attachment. surface_pairs()
 // excludes pairs of surfaces neither of which is cloth, and self-collisions that are switched off.
 #pragma once
 
@@ -74,7 +75,8 @@ class BroadPhase {
   ClusterTree& tree(Index surface) { return trees_[surface]; }
   // Memory for vertex boxes, which all callers share. Searches by this class also use it.
   VertexBoxes& vertex_boxes() { return vertex_boxes_; }
-  // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
+  // Returns whether two features do not collide because an attachment ties a vertex of one of them
+  // to the surface of the other one.
   bool attached(ContactKind kind, PairKey key) const;
 
   void forget_trees();  // each tree is rebuilt at its next refit

@@ -35,6 +35,15 @@ struct VertexRows {
   std::vector<std::uint8_t> is_body;
 };
 
+// Contact of a vertex with the surface to which it is attached. This includes contacts of edges and
+// faces that contain the vertex.
+struct AttachedTo {
+  Index surface = -1;     // -1: contacts of the vertex are as usual
+  double distance = 0.0;  // contact distance [m]; 0: the vertex does not collide with the surface
+
+  bool excludes(Index other) const { return surface == other && distance == 0.0; }
+};
+
 struct CollisionModel {
   Index n_vertices = 0;
   Triangles triangles;  // (m x 3) vertex ids
@@ -43,16 +52,13 @@ struct CollisionModel {
   // surface.
   std::vector<CollisionSurface> surfaces;
   VertexRows rows;
-  // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments.
-  // Attached vertices, and the edges and faces that contain one, do not collide with that surface.
-  std::vector<Index> attached_surface;
+  // (n) Empty if no attachment changes a contact distance.
+  std::vector<AttachedTo> attached;
   double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
   // Upper bound of gap_floor() (narrow_phase/continuous.h), the gap that certification keeps [m].
   double gap_floor = 1e-5;
 
-  std::size_t bytes() const {
-    return bytes_of(triangles, edges, rows.row, rows.is_body, attached_surface);
-  }
+  std::size_t bytes() const { return bytes_of(triangles, edges, rows.row, rows.is_body, attached); }
   Index surface_of_vertex(Index vertex) const {
     return containing(vertex, &CollisionSurface::first_vertex);
   }

@@ -1,5 +1,6 @@
 #include "core/collision/model/feature_pairs.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace loomstone {
@@ -18,6 +19,20 @@ std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
                        std::sqrt(first.friction * second.friction)});
     }
   return pairs;
+}
+
+double contact_distance(const CollisionModel& model, const SurfacePair& pair, ContactKind kind,
+                        const std::array<Index, 4>& vertices) {
+  double least = pair.thickness;
+  if (model.attached.empty()) return least;
+  const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
+  const Index of_a = model.surface_of_vertex(vertices[0]),
+              of_b = model.surface_of_vertex(vertices[3]);
+  for (int i = 0; i < 4; ++i) {
+    const AttachedTo& attached = model.attached[vertices[i]];
+    if (attached.surface == (i < n_a ? of_b : of_a)) least = std::min(least, attached.distance);
+  }
+  return least;
 }
 
 }  // namespace loomstone

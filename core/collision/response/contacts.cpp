@@ -121,8 +121,8 @@ class ContactFinder {
   }
 
   // Returns the distance [m] between two features of surface pair i. Appends their contact to `out`
-  // if they are closer than the thickness. Two edges have a contact only if their closest points
-  // lie inside both edges and neither surface is smooth.
+  // if they are closer than contact_distance(). Two edges have a contact only if their closest
+  // points lie inside both edges and neither surface is smooth.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);
@@ -132,7 +132,8 @@ class ContactFinder {
     // they exert no contact force.
     const SurfacePair& pair = pairs_[i];
     const bool smooth = model_.surfaces[pair.a].smooth || model_.surfaces[pair.b].smooth;
-    if (!(closest.distance < pair.thickness) || (!face && (!closest.interior || smooth)))
+    if (!(closest.distance < contact_distance(model_, pair, kind, v)) ||
+        (!face && (!closest.interior || smooth)))
       return closest.distance;
     Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
                        : contact_normal_edge_edge(p, closest, Vec3::Zero());

@@ -17,14 +17,15 @@ std::array<Index, 2> ascending(Index a, Index b) { return {std::min(a, b), std::
 Contact FoundContact::contact(const CollisionModel& model,
                               const std::vector<SurfacePair>& pairs) const {
   const SurfacePair& surfaces = pairs[pair];
+  const std::array<Index, 4> vertices = pair_vertices(model, kind, key);
   return {kind,
           first_of(key),
           second_of(key),
-          pair_vertices(model, kind, key),
+          vertices,
           weights,
           normal,
           distance,
-          surfaces.thickness,
+          contact_distance(model, surfaces, kind, vertices),
           surfaces.friction};
 }
 
@@ -115,7 +116,9 @@ ContactTotals ContactSelection::totals(const CollisionModel& model,
   std::vector<std::array<Index, 2>> on_smooth;  // (vertex, smooth surface); duplicates count once
   for (const FoundContact& contact : found) {
     in_contact[contact.pair] = 1;
-    totals.pressed |= contact.distance < 0.5 * pairs[contact.pair].thickness;
+    const double thickness = contact_distance(model, pairs[contact.pair], contact.kind,
+                                              pair_vertices(model, contact.kind, contact.key));
+    totals.pressed |= contact.distance < 0.5 * thickness;
     if (contact.kind != ContactKind::VertexFace) continue;
     totals.vertex_on_face |= moves_[first_of(contact.key)] != 0;
     const Index surface = model.surface_of_triangle(second_of(contact.key));

@@ -32,11 +32,11 @@ bool share_a_vertex(const Piercing& p) {
 }
 
 bool attached(const CollisionModel& model, const Piercing& p) {
-  if (model.attached_surface.empty()) return false;
+  if (model.attached.empty()) return false;
   const Index of_edge = model.surface_of_edge(p.edge),
               of_triangle = model.surface_of_triangle(p.triangle);
   for (int k = 0; k < 5; ++k)
-    if (model.attached_surface[p.vertices[k]] == (k < 2 ? of_triangle : of_edge)) return true;
+    if (model.attached[p.vertices[k]].excludes(k < 2 ? of_triangle : of_edge)) return true;
   return false;
 }
 

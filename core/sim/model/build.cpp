@@ -135,6 +135,7 @@ void build(const Scene& given, Model& model, State& state) {
   build_magnetics(scene, model);
   state.magnetic.circuits.currents = Vector::Zero(static_cast<Eigen::Index>(scene.coils.size()));
   build_collision(scene, model);
+  build_attached_contacts(state, model);
   build_freedom(model);
   check_scripts(model, state);
   check_magnetics(model, state);

@@ -27,6 +27,10 @@ void check_magnetics(const Model& model, const State& state);
 // Sets the collision model, including thickness and friction of surfaces and contact stiffness.
 void build_collision(const Scene& scene, Model& model);
 
+// Sets CollisionModel::attached from the start positions. Needs the other members of the
+// collision model.
+void build_attached_contacts(const State& state, Model& model);
+
 // Throws InvalidInput if cloth intersects a surface at the start or lies inside a closed obstacle
 // or body, unless the scene allows initial intersections or disables collisions.
 void check_start(const Model& model, const State& state);

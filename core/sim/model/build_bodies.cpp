@@ -156,9 +156,7 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
 }
 
 // Assigns each collision vertex its row in the implicit solve: for a vertex of a body, the first of
-// the two rows of that body; for a vertex of an obstacle, -1. Also records, for each attached
-// vertex, the surface of its body, or of the body with the largest index if it is attached to
-// several bodies.
+// the two rows of that body; for a vertex of an obstacle, -1.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);
@@ -170,11 +168,6 @@ void number_rows(Model& model) {
       collision.rows.row[vertex] = model.cloth.n_vertices + 2 * static_cast<Index>(b);
       collision.rows.is_body[vertex] = 1;
     }
-  if (model.attachments.empty()) return;
-  collision.attached_surface.assign(collision.n_vertices, -1);
-  const Index n_cloths = static_cast<Index>(model.scene.cloths.size());
-  for (const AttachedVertex& attached : model.attachments)
-    collision.attached_surface[attached.row] = n_cloths + attached.body;
 }
 
 // Upper limit of gap_floor(), the gap that certification keeps open, as a fraction of the smallest

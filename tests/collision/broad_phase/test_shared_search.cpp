@@ -27,8 +27,8 @@ TestScene crumpled() {
        {jittered_grid(0.2, 0.2, 21, 21, 0.2, 3).moved(Vec3(4e-3, 1e-3, 8e-3)), Kind::Cloth, 4e-3},
        {grid_cells(0.1, 0.1, 9, 9).moved(Vec3(0.0, 0.0, -4e-3)), Kind::Body, 3e-3},
        {grid_cells(0.3, 0.3, 5, 5).moved(Vec3(0.0, 0.0, -8e-3)), Kind::Script, 3e-3}});
-  scene.model.attached_surface.assign(scene.model.n_vertices, -1);
-  for (Index v = 0; v < 120; ++v) scene.model.attached_surface[v] = 2;
+  scene.model.attached.resize(scene.model.n_vertices);
+  for (Index v = 0; v < 120; ++v) scene.model.attached[v].surface = 2;
   scene.x = shaken(scene.x, 2.5e-3, 5);
   return scene;
 }
