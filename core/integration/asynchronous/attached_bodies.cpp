@@ -95,12 +95,10 @@ void AttachedBodies::place(Index b, Points* x, Points& v) {
   }
 }
 
-void AttachedBodies::load(double share) {
-  for (Index b = 0; b < size(); ++b) {
-    const Own& own = own_[b];
-    const Vec3 arm = rotation_matrix(bodies_[b].pose.orientation) * own.centre;
-    bodies_[b].push(share * own.force, share * (own.torque + arm.cross(own.force)));
-  }
+void AttachedBodies::load(Index b, double share) {
+  const Own& own = own_[b];
+  const Vec3 arm = rotation_matrix(bodies_[b].pose.orientation) * own.centre;
+  bodies_[b].push(share * own.force, share * (own.torque + arm.cross(own.force)));
 }
 
 void AttachedBodies::absorb(Index b, double ahead, Points& x, Points& v) {

@@ -21,8 +21,8 @@ class AttachedBodies {
   // body: velocity [m/s] and angular velocity [rad/s]), and sets BodiesOfStep::end and with_cloth.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
-  // Applies the fraction `share` of the impulses that the loads give the bodies in the interval.
-  void load(double share);
+  // Applies the fraction `share` of the impulses that the loads give the body in the interval.
+  void load(Index body, double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
   // the velocities of the vertices to those that the motion of the body gives them. The positions
   // and the pose belong to the time `ahead` [s] after the impulses (negative: before), so they

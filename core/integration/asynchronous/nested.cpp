@@ -100,9 +100,12 @@ struct NestedCloth {
       v.row(i) += share * inverse_mass[i] * impulse.transpose();
     });
     pins.absorb(v);
-    if (half) bodies.load(0.5);
-    for (Index b = 0; b < bodies.size(); ++b)
-      if (bodies.all()[b].level >= first) bodies.absorb(b, 0.0, x, v);
+    for (Index b = 0; b < bodies.size(); ++b) {
+      const int level = bodies.all()[b].level;
+      if (level < first) continue;
+      bodies.load(b, share * plan.step_of[level] / plan.interval);
+      bodies.absorb(b, 0.0, x, v);
+    }
     if (collisions)
       note_kicks(first, [&](Index i) { kicks.row(i) = (kicks.row(i) + v.row(i)) / share; });
   }

@@ -219,14 +219,18 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     kicks_ = Points::Zero(model_.n_vertices, 3);
     body_time_ = Vector::Zero(bodies_.size());
     if (collisions_) collisions_->begin(0);
-    bodies_.load(0.5);
-    for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
+    for (Index b = 0; b < bodies_.size(); ++b) {
+      bodies_.load(b, 0.5);
+      bodies_.absorb(b, 0.0, state.x, state.v);
+    }
     take_events(interval, *this, clocks);
     for (Index i = 0; i < model_.n_vertices; ++i)
       if (bodies_.body_of(i) < 0) state.x.row(i) += (interval - time_[i]) * state.v.row(i);
     for (Index b = 0; b < bodies_.size(); ++b) move_body(b, interval);
-    bodies_.load(0.5);
-    for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
+    for (Index b = 0; b < bodies_.size(); ++b) {
+      bodies_.load(b, 0.5);
+      bodies_.absorb(b, 0.0, state.x, state.v);
+    }
     end_damping(state);
     std::vector<LimitPhases> phases = take_phases();
     state_ = nullptr;
