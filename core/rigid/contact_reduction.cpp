@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace loomstone {
 
@@ -129,10 +130,32 @@ class Reduction {
   Indices bearing_;  // contacts whose gap exceeds the smallest one by less than the margin
 };
 
+// Leaves out contacts that are closer than `distance` [m] to an earlier contact. All edges at a
+// corner of the hull give the same contact, and so do the triangles at a corner or side.
+void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
+  // Contacts at equal points follow each other when sorted along an axis. This axis is skew, so
+  // that few points of a grid have the same coordinate. Its length is at most 1.
+  const Vec3 axis(0.53, 0.41, 0.73);
+  std::vector<std::pair<double, std::size_t>> along;
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    along.emplace_back(axis.dot(contacts[k].point), k);
+  std::ranges::sort(along);
+  std::vector<bool> repeated(contacts.size(), false);
+  for (std::size_t i = 0; i < along.size(); ++i)
+    for (std::size_t j = i + 1; j < along.size() && along[j].first < along[i].first + distance; ++j)
+      if ((contacts[along[i].second].point - contacts[along[j].second].point).norm() < distance)
+        repeated[std::max(along[i].second, along[j].second)] = true;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    if (!repeated[k]) contacts[n++] = contacts[k];
+  contacts.resize(n);
+}
+
 }  // namespace
 
 void reduce_contacts(std::vector<HullContact>& contacts, double near,
                      const std::vector<HullContact>& before) {
+  leave_out_repeated(contacts, 1e-6 * near);
   if (contacts.size() <= most_kept) return;
   Indices kept = Reduction(contacts, near, before).kept();
   std::ranges::sort(kept);

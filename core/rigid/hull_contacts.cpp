@@ -14,8 +14,6 @@ namespace loomstone {
 namespace {
 
 constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
-// Contacts in one plane are the same if they are closer than this multiple of Query::near.
-constexpr double same_point = 1e-6;
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
 
@@ -275,15 +273,10 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
       return plane[0].normal.dot(contact.normal) > turned_to;
     };
     const auto plane = std::find_if(planes.begin(), planes.end(), same);
-    if (plane == planes.end()) {
+    if (plane == planes.end())
       planes.push_back({contact});
-    } else if (std::none_of(plane->begin(), plane->end(), [&](const HullContact& c) {
-                 return (c.point - contact.point).norm() < same_point * query.near;
-               })) {
-      // Repeated contacts are left out: all edges at a corner of the hull give the same contact,
-      // and so do the two triangles at a side.
+    else
       plane->push_back(contact);
-    }
   }
   const auto deepest = [](const Contacts& plane) {
     return std::min_element(plane.begin(), plane.end(),
