@@ -82,8 +82,8 @@ struct ApproachSearch::PairTest {
     return p;
   }
   // Returns true only if the vertex stays farther than thickness + added_reach() [m] from the plane
-  // of the face, or the parallel planes through the two edges stay farther apart than this, during
-  // the motion at faster_approach times the expected velocities.
+  // of the face, or the parallel planes through the two edges stay farther apart than this
+  // distance, during the motion at faster_approach times the expected velocities.
   bool off_common_plane(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
     for (int s = 0; s < 2; ++s) {

@@ -17,8 +17,8 @@ struct ApproachingPair {
   PairKey key;
   Index pair;    // index of the surface pair
   bool contact;  // the pair is a contact at the start of the step, see ApproachSearch
-  // Earliest time in the step when the pair may be closer than its thickness and, if it consists of
-  // two edges, its closest points may lie inside both [s].
+  // Earliest time after the start of the step at which the pair may be closer than its thickness
+  // and, if it consists of two edges, its closest points may lie inside both edges [s].
   double wake = 0.0;
   std::int8_t side = 0;  // side_of() at the start if ClosestPair::interior is true; 0: unknown
   // Unit vector at the start from the closest point of the second feature to that of the first, or
@@ -31,8 +31,9 @@ struct Approach {
   std::int64_t candidates = 0;         // number of candidates, including those culled or ignored
 };
 
-// Returns the sign of the volume that the four points span. The sign tells on which side of the
-// face the vertex lies, or on which side of the second edge the first edge passes.
+// Returns the sign (-1, 0 or 1) of the oriented volume that the four points span. The sign tells on
+// which side of the face the vertex lies (1: the side of its normal), or on which side of the
+// second edge the first edge passes.
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
 
 // Expected motion of all vertices in a step, at constant velocity.
@@ -55,8 +56,8 @@ struct ExpectedMotion {
 // be smooth.
 class ApproachSearch {
  public:
-  // Certification uses the same `lists`. Pairs in them that only certification needs do not affect
-  // the results of find().
+  // Certification uses the same `lists`. Pairs that are in the lists only because certification
+  // needs them do not affect the results of find().
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, NeighbourLists& lists);
 

@@ -36,10 +36,10 @@ class Detector {
   const Edges& edges() const;  // sorted unique vertex pairs
 
   // Returns the pairs that share no vertex and whose 18-DOPs overlap. The 18-DOPs enclose the
-  // motion x0 -> x1 and are inflated by `inflation` [m]. If `sorted`, the pairs are in ascending
-  // order; otherwise they are in tree order, which is faster. Throws InvalidInput if x0 and x1
-  // differ in size, have too few rows or are not finite, or if the inflation is negative or not
-  // finite.
+  // motion x0 -> x1 and are inflated by `inflation` [m]. If `sorted` is true, the pairs are in
+  // ascending order; otherwise they are in tree order, which is faster. Throws InvalidInput if x0
+  // and x1 differ in size, have too few rows or are not finite, or if the inflation is negative or
+  // not finite.
   FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation,
                         bool sorted);
 

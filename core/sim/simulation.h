@@ -35,8 +35,8 @@ class Simulation {
              Decomposition decomposition = Decomposition::Predicted);
   ~Simulation();
 
-  // Advances by one step. If it throws SolverFailure, the state is again that at the start of the
-  // step.
+  // Advances by one step. If it throws SolverFailure, the state is reset to that at the start of
+  // the step.
   void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
@@ -61,7 +61,8 @@ class Simulation {
   Decomposition decomposition() const;  // how ranks divide the search for contacts and impacts
   const StepReport& report() const;     // report of the last step
   // Returns whether a checkpoint can be taken: there are no bodies, or the number of completed
-  // steps is a multiple of Scene::rigid_rebuild_interval, so the rigid-body world was just rebuilt.
+  // steps is a multiple of Scene::rigid_rebuild_interval, so the rigid-body world has just been
+  // rebuilt.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;

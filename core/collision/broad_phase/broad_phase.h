@@ -1,7 +1,7 @@
 // Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap, and reports each
 // pair once. Excludes pairs that share a vertex and pairs that do not collide because of an
-// attachment. surface_pairs()
-// excludes pairs of surfaces neither of which is cloth, and self-collisions that are switched off.
+// attachment. surface_pairs() has already excluded pairs of surfaces neither of which is cloth, and
+// self-collisions that are switched off.
 #pragma once
 
 #include <cstdint>

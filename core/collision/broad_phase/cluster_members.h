@@ -39,9 +39,9 @@ class VertexSet {
     inside_[vertex] = 1;
     vertices_.push_back(vertex);
   }
-  // Adds a vertex to the set, but not to vertices(). Returns whether the set did not contain it
-  // before. Several threads may call this function at once. Afterwards, the caller must pass the
-  // added vertices to list().
+  // Adds a vertex to the set, but not to vertices(). Returns true if this call added the vertex,
+  // and false if the set already contained it. Several threads may call this function at once.
+  // Afterwards, the caller must pass the added vertices to list().
   bool take(Index vertex) {
     std::atomic_ref<std::uint8_t> inside(inside_[vertex]);
     return !inside.load(std::memory_order_relaxed) &&

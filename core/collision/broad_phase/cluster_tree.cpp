@@ -9,9 +9,9 @@ namespace loomstone {
 
 namespace {
 
-// If the total area of the cluster boxes has grown by more than this factor since the clusters were
-// formed, a refit with `may_rebuild` forms new clusters. The factor does not affect which pairs are
-// found.
+// If the total surface area of the cluster boxes has grown by more than this factor since the
+// clusters were formed, a refit with `may_rebuild` forms new clusters. The factor does not affect
+// which pairs are found.
 constexpr double decay_limit = 1.5;
 constexpr Index refit_grain = 128;  // number of groups in a range of a parallel loop
 

@@ -28,8 +28,8 @@ class ClusterTree {
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;
-    // (groups x n_corners x 8) Vertex ids; -1 in empty lanes. The groups are all groups of
-    // vertices, but only the groups of faces and edges that `slabs` contains.
+    // (groups x n_corners x 8) Vertex ids; -1 in empty lanes. For vertices, contains all groups.
+    // For faces and edges, contains only the groups in `slabs`, in the same order.
     std::vector<Index> corners;
   };
 
@@ -62,8 +62,8 @@ class ClusterTree {
   void find_boxes(const Team& team, const VertexBoxes& vertices, Index begin, Index end,
                   std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
-  // Stores half the total area of the boxes of newly formed clusters, for has_grown(). The boxes
-  // include `inflation` [m], but the area does not.
+  // Stores half the total surface area of the boxes of newly formed clusters, for has_grown(). The
+  // boxes include `inflation` [m], but the area does not.
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
   // Returns whether the boxes of the clusters, which include `inflation` [m], have grown too much
   // since the clusters were formed.
@@ -132,7 +132,7 @@ class ClusterTree {
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
   bool has_all_corners_ = false;  // Features::corners contains all groups of faces and edges
-  double built_area_ = -1.0;  // half the area of cluster boxes when formed [m^2]; -1: not formed
+  double built_area_ = -1.0;      // see set_area() [m^2]; negative: not formed
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0

@@ -209,7 +209,7 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  static constexpr int pause = 64;           // value that unlist() sets if lists are widened
+  static constexpr int pause = 64;           // unlist() sets unlisted_ to this if lists are widened
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
   // Calls work(list) for the n lists list_at(i), and divides the time that this takes among the
   // lists in proportion to the estimated costs of this work.

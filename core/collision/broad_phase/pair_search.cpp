@@ -155,7 +155,7 @@ LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array
 }
 
 // For each edge in `groups` that overlaps edge `own` and shares no vertex with it, appends the pair
-// of the slots of both edges. If `upper`, tests only slots after the slot of `own`.
+// of the slots of both edges. If `upper` is true, tests only slots after the slot of `own`.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
                                      bool upper, Pairs& out) {
@@ -173,8 +173,8 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
 
 // For each edge of a and edge of b that share no vertex and whose boxes overlap if one of them is
 // widened by `reach`, appends the pair of their slots. First masks out edges that lie outside the
-// box of the other cluster, which is also widened. If `upper`, pairs each edge of a only with later
-// slots of b.
+// box of the other cluster, which is also widened. If `upper` is true, pairs each edge of a only
+// with later slots of b.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {

@@ -119,7 +119,7 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
 void ImpactSearch::find_in_list(NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
   // Skips lists, and pairs in them, whose features are too far apart at the start to meet. No point
-  // of a feature travels farther than the one of its corners that travels farthest.
+  // of a feature travels farther than the corner of this feature that travels farthest.
   const double reach = 1.01 * model_.gap_floor + list.used;
   list.cost += ListCosts::list;
   if (list.change + reach < list.nearest) return;

@@ -9,7 +9,7 @@ namespace loomstone {
 namespace {
 
 // Units and carriers are defined in displacements.h.
-constexpr double share_of_time = 0.8;  // fraction that a unit keeps of its motion up to the impact
+constexpr double share_of_time = 0.8;  // fraction of its motion up to the impact that a unit keeps
 constexpr int partial_passes = 8;      // later passes withhold all of a unit's relative motion
 // Index of the last pass, counted from 0. The number of passes is bounded, because impacts that
 // cannot be resolved could recur forever.

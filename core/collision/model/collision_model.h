@@ -35,8 +35,8 @@ struct VertexRows {
   std::vector<std::uint8_t> is_body;
 };
 
-// Contact of a vertex with the surface to which it is attached. This includes contacts of edges and
-// faces that contain the vertex.
+// Contacts of a vertex, and of the edges and faces that contain it, with the surface to which the
+// vertex is attached.
 struct AttachedTo {
   Index surface = -1;     // -1: contacts of the vertex are as usual
   double distance = 0.0;  // contact distance [m]; 0: the vertex does not collide with the surface

@@ -19,7 +19,7 @@ struct Contact {
   std::array<double, 4> weights;  // >= 0 for feature a (sum 1), <= 0 for b (sum -1)
   Vec3 normal;                    // unit normal from b to a
   double distance;                // distance at the start of the part of the step [m]
-  double thickness;               // thickness xi of the pair [m]
+  double thickness;               // thickness xi of the pair, as returned by contact_distance() [m]
   double friction;                // friction coefficient mu of the pair [1]
 };
 
@@ -29,7 +29,7 @@ struct ContactState {
     ContactKind kind;
     Index a, b;
     Vec3 slip;            // tangential displacement of a relative to b, from the anchor [m]
-    double normal_force;  // normal force at the start of the last part [N]
+    double normal_force;  // normal force times share, at the start of the last part [N]
 
     bool operator==(const Anchor& other) const = default;
   };

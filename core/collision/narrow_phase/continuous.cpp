@@ -23,7 +23,8 @@ struct Differences {
   }
 
   // Returns the last time in [time, 1] up to which the plane whose unit normal n points from b to a
-  // keeps the features more than `floor` apart. Returns `time` if it does not do so even at `time`.
+  // keeps the features more than `floor` apart. Returns `time` if the plane does not do so even at
+  // `time`.
   double advance(const Vec3& n, double time, double floor) const {
     double last = 1.0;
     for (int k = 0; k < N; ++k) {

@@ -30,7 +30,7 @@ struct Impact {
 };
 
 // Both functions return an impact if the distance is at most `floor` [m] at some time in [0, 1].
-// They also return one if they cannot prove separation.
+// They also return an impact if they cannot prove separation.
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 

@@ -5,9 +5,9 @@
 
 namespace loomstone {
 
-// Returns a distance [m] by which points of two edges must move relative to each other before the
-// closest points can lie inside both edges and be closer than `thickness` [m]. It is a lower bound:
-// the edges may have to move farther. It is 0 if the closest points lie inside both edges.
+// Returns a lower bound on the distance [m] by which points of two edges must move relative to each
+// other before the closest points can lie inside both edges and be closer than `thickness` [m]. The
+// bound is 0 if the closest points lie inside both edges.
 double motion_to_cross(const FourPoints& edges, double thickness);
 
 }  // namespace loomstone

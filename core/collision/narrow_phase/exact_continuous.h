@@ -15,7 +15,7 @@ bool exactly_meet_edge_edge(const MovingPoints& points);
 
 struct ExactImpact {
   bool hit = false;
-  double time = 1.0;  // lower bound on the first contact time, in [0, 1]; 1 without a hit
+  double time = 1.0;  // lower bound on the first contact time, in [0, 1]; 1 if `hit` is false
 };
 
 // Both functions use floating point where it can prove the result in spite of rounding, and exact

@@ -4,8 +4,8 @@
 // time. The volume spanned by three corners is a cubic in time, and the sides c_k x c_(k+1) are
 // quadratics. The interval [0, 1] is bisected into pieces until one piece is proved "meet" or all
 // are proved "apart":
-//   apart: the volume keeps its sign, or one coordinate of two sides has opposite signs throughout;
-//   meet:  the volume changes sign while one coordinate of all sides has the same sign throughout.
+//   apart: the volume keeps its sign, or a coordinate has opposite signs in two sides throughout;
+//   meet:  the volume changes sign, and a coordinate has the same sign in all sides throughout.
 // Bernstein coefficients bound a polynomial over a piece. The tests of signs allow for rounding
 // errors. The result is Open if rounding errors, very large or small numbers, or the limits of the
 // bisection prevent a proof.

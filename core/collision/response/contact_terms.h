@@ -22,7 +22,7 @@ struct ContactLaw {
   double distance, thickness;  // distance at the start, thickness [m]
   double share, friction;      // share (see contact_shares()), friction coefficient [1]
   Vec3 slip;                   // anchor slip at the start [m]
-  double limit;                // largest friction force, mu N [N]
+  double limit;                // largest friction force: mu times normal force times share [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
   double steepest;             // largest allowed slope of the normal force [N/m]
   double parting;              // predicted rate of change of the distance [m/s]
@@ -42,7 +42,7 @@ struct ContactError {
 
   // Returns 1 if any contact would close. Otherwise returns the larger of two ratios [1]: the error
   // of friction divided by the friction limit, and half the forces that pull divided by those that
-  // push. A ratio without an error is 0.
+  // push. A ratio whose numerator is 0 counts as 0.
   double relative() const;
 };
 

@@ -10,9 +10,10 @@ namespace loomstone {
 
 // Linearised friction of a tangential spring: gradient [N] and positive semi-definite Hessian
 // [N/m]. In the functions below, the spring has the stiffness k [N/m] and slips when its force
-// reaches `limit` = mu N [N]. `slip` is the tangential displacement s of feature a relative to
-// feature b, from the anchor, at the start of the step [m]. `predicted` is the predicted tangential
-// displacement u = h v_t [m] in the step h. `tangent` is the projector T onto the tangent plane.
+// reaches `limit`, which is mu times the normal force [N]. `slip` is the tangential displacement s
+// of feature a relative to feature b, from the anchor, at the start of the step [m]. `predicted` is
+// the predicted tangential displacement u = h v_t [m] in the step h. `tangent` is the projector T
+// onto the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;

@@ -54,7 +54,8 @@ struct ImpulseContact {
 class Impulses {
  public:
   // `inverse_mass` (n) [1/kg] is used for vertices that do not belong to `bodies`. It is 0 for
-  // prescribed vertices and obstacles. If `hold_supported`, supported bodies do not move.
+  // prescribed vertices and obstacles. If `hold_supported` is true, bodies with FreeBody::supported
+  // do not move.
   Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies,
            bool hold_supported = false)
       : model_(model),

@@ -22,7 +22,7 @@ struct RigidSurface {
 
   Vec3 velocity_at(const Vec3& point) const { return velocity + spin.cross(point - centre); }
   // Returns the acceleration at `point` [1/kg] due to a unit force along `direction` that acts at
-  // `at`.
+  // the point `at`.
   Vec3 response(const Vec3& point, const Vec3& at, const Vec3& direction) const {
     const Vec3 turn = inverse_inertia * (at - centre).cross(direction);
     return inverse_mass * direction + turn.cross(point - centre);

@@ -171,8 +171,8 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
 }
 
 // Corrects the sizes of parts, which are sums of vertex areas and thus assume that the contour
-// halves each edge that it crosses. The correction is the strip between the midpoints of these
-// edges and the contour.
+// halves each edge that it crosses. The correction is the area of the strip between the midpoints
+// of these edges and the contour.
 void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> contour, Cut& cut) {
   double length = 0.0;
   std::map<int, int> n_edges;  // number of crossed edges at each part
@@ -189,7 +189,7 @@ void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> cont
   }
 }
 
-// Returns the smaller of the two parts that the edge connects, or -1 if it lies in one part.
+// Returns the smaller of the two parts that the edge connects, or -1 if the edge lies in one part.
 int TangleFinder::smaller_part(const Piercing& p, const Cut& cut) {
   const int first = cut.part[p.vertices[0]], second = cut.part[p.vertices[1]];
   if (first == second) return -1;

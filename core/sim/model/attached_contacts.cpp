@@ -21,8 +21,8 @@ constexpr double share_of_start = 0.75;
 // keeps. Our choice: contacts need room to stop features before they reach this gap.
 constexpr double least_floors = 10.0;
 
-// Distance at the start between a body and the features that contain a vertex attached to it [m];
-// infinity: farther than the search reaches.
+// Smallest distance at the start between a body and the features that contain a vertex attached to
+// this body [m]; infinity: farther than the search reaches.
 struct AttachedGap {
   Index vertex, surface;
   double gap = std::numeric_limits<double>::infinity();
@@ -50,7 +50,7 @@ class AttachedGaps {
       at->gap = std::min(at->gap, gap);
   }
 
-  // Finds the features that begin close enough to change their contact distance.
+  // Finds the gaps of features that begin so close to the body that their contact distance changes.
   void find_near() {
     std::vector<std::uint8_t> attached(model_.surfaces.size(), 0);
     for (const AttachedGap& each : gaps_)
@@ -95,9 +95,9 @@ class AttachedGaps {
 }  // namespace
 
 // If a feature with an attached vertex begins close to the body, its contact distance is less than
-// its distance at the start, because the contact would otherwise push against the attachment. If it
-// begins too close for a contact, it does not collide with the body. If a vertex is attached to
-// several bodies, this concerns only the closest of them.
+// its distance at the start, because the contact would otherwise push against the attachment. A
+// feature that begins too close for a contact does not collide with the body. If a vertex is
+// attached to several bodies, these rules apply only to the closest of them.
 void build_attached_contacts(const State& state, Model& model) {
   if (model.attachments.empty() || !model.scene.collisions) return;
   CollisionModel& collision = model.collision;

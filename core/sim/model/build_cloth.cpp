@@ -45,8 +45,8 @@ Joined join(const Scene& scene) {
   return all;
 }
 
-// Returns the bending rigidity for the curvatures (kxx, kyy, 2 kxy). The default twist entry is
-// that of an isotropic plate, (1 - nu) B / 2 with Poisson's ratio nu and flexural rigidity B.
+// Returns the bending rigidity [N m] for the curvatures (kxx, kyy, 2 kxy). The default twist entry
+// is that of an isotropic plate, (1 - nu) B / 2 with Poisson's ratio nu and flexural rigidity B.
 Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   const double mean = std::sqrt(m.bending_weft * m.bending_warp);
   const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;

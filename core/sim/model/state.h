@@ -36,8 +36,8 @@ struct SteppedState {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
   ClothState cloth;        // written by the integrator and by later stages
-  RigidState rigid;        // written by the bodies' stage and certification; manifolds: stepper
-  MagneticState magnetic;  // written by the bodies' stage
+  RigidState rigid;        // written by move_bodies() and certification; manifolds by the stepper
+  MagneticState magnetic;  // written by move_bodies()
   ContactState contacts;   // friction anchors, written by certification
   EnergyAccount account;   // written by the stepper; some user writes reset it
   // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with

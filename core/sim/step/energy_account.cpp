@@ -46,7 +46,7 @@ constexpr double loss_tolerance = 0.15;
 constexpr double share_of_rise = 0.05;
 // A part in which contacts create too much energy is shortened to the largest length at whose end
 // the expected gain of all energy since the account began, without the work of scripts and loads,
-// is at most this fraction of the tolerated energy. It is not shortened below the shortest
+// is at most this fraction of the tolerated energy. The part is not shortened below the shortest
 // permitted length.
 constexpr double aim = 0.5;
 // Largest tolerated result of add_to_account() for a part of an asynchronous step, as a fraction of

@@ -26,21 +26,22 @@ struct AfterSolve {
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
-// Returns the energy that everything but contacts has gained by the start of a part, as a fraction
-// of the tolerated gain [1]. The gain excludes the work of scripts, the work of loads, and the
-// energy that contacts had when the account began. The tolerated gain is a fraction, scaled by
-// ImplicitOptions::accuracy, of the largest of these energies: the largest kinetic energy so far,
-// the work of scripts, the work of loads, and a bound on the energy of rounding errors. Returns 0
-// without an accuracy.
+// Returns the energy that everything but contacts has gained from the beginning of the account to
+// the start of a part, as a fraction of the tolerated gain [1]. The gain excludes the work of
+// scripts, the work of loads, and the energy that contacts had when the account began. The
+// tolerated gain is a fraction, scaled by ImplicitOptions::accuracy, of the largest of these
+// energies: the largest kinetic energy so far, the work of scripts, the work of loads, and a bound
+// on the energy of rounding errors. Returns 0 without an accuracy.
 double relative_gain(const StepContext& part, const Engines& engines, const State& state);
 
 // Sets the account and the balances in `report`, which must already have the energies of `state`.
 void report_account(const Model& model, const State& state, StepReport& report);
 
 // Returns the result of an attempt at a part. If more energy has been created or lost than is
-// tolerated, it contains the length to which the part must be shortened. Checks only asynchronous
-// steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps whose solve
-// includes contacts. know_contacts() should have been called; otherwise contacts are found again.
+// tolerated, the result contains the length to which the part must be shortened. Checks only
+// asynchronous steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps
+// whose solve includes contacts. know_contacts() should have been called; otherwise contacts are
+// found again.
 //
 // In implicit steps, a part is halved if everything but contacts has gained too much in it, beyond
 // the work of scripts and loads, the energy that contacts have lost, and the energy that sweeps of
@@ -60,9 +61,9 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // is at rest.
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
-// vanished. This check is omitted if limit phases may store the work, and in the steps of the last
-// paragraph. Work of scripts vanishes where cloth slides over an edge: the plane of a contact stays
-// the same within a part, so contacts hold back the cloth.
+// vanished. This check is omitted if limit phases may store the work, and in steps to which the
+// last paragraph applies. Work of scripts vanishes where cloth slides over an edge: the plane of a
+// contact stays the same within a part, so contacts hold back the cloth.
 //
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,

@@ -203,8 +203,8 @@ class Constraining {
   // In a very short part, the correction of a small gap would give them large velocities. Used only
   // in scenes with strain limits, whose parts become very short. The kinetic energy may rise to the
   // value at which all moved vertices and bodies have the speed of the fastest scripted vertex. All
-  // changes are reduced in proportion, so they conserve momentum as before. `bodies` and `at_rest`
-  // are the values before the certification.
+  // changes are reduced in proportion, so they still conserve momentum. `bodies` and `at_rest` are
+  // the values before the certification.
   void keep_energy_of_impacts(const FreeBodies& bodies, const Points& at_rest) {
     const auto rest = [](const Points& points, Index i) {
       return points.rows() > 0 ? Vec3(points.row(i).transpose()) : Vec3(Vec3::Zero());
@@ -262,8 +262,8 @@ class Constraining {
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
   // Marks the loaded vertices in held_. Gives up the cloths that exceed their limits before
-  // certification, for example because scripted motion leaves no room or there were too few sweeps:
-  // later rounds do not limit these cloths, and their excess is reported.
+  // certification: later rounds do not limit these cloths, and their excess is reported. Possible
+  // causes are scripted motion that leaves no room, or too few sweeps.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     for (const Index i : in_.loaded) held_[i] = 1;
@@ -302,7 +302,7 @@ class Constraining {
   }
 
   // Stores the certified state if its excess is the least so far. The stored state is used if no
-  // certified state satisfies the limits. Call it only after check(x1_).
+  // certified state satisfies the limits. Must be called only after check(x1_).
   void keep_best() {
     const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
     if (excess >= least_excess_) return;
@@ -357,8 +357,8 @@ class Constraining {
   }
 
   // Moves the corners of triangles that exceed their limits back towards the start of the part,
-  // until no triangle exceeds them or no corner can move, in at most max_passes passes. Returns
-  // false if no corner has moved.
+  // until no triangle exceeds its limits or no corner can move, in at most max_passes passes.
+  // Returns false if no corner has moved.
   bool fall_back() {
     const Points wanted = x1_;
     bool any = false;
@@ -413,8 +413,8 @@ class Constraining {
   Points& x1_;
   FreeBodies& bodies_;
   ConstrainReport report_;
-  Points target_;  // positions before the last certification
-  std::vector<Index> beyond_;
+  Points target_;                       // positions before the last certification
+  std::vector<Index> beyond_;           // triangles that the last check() has found
   std::vector<double> squares_;         // (limits) sum of squared excess
   std::vector<std::uint8_t> given_up_;  // (limits) 1: see give_up()
   std::vector<std::uint8_t> held_;      // (n) 1: limiting must not move the vertex

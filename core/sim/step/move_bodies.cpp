@@ -59,7 +59,7 @@ std::vector<Index> bodies_with_cloth(const SolvedBodies& solved, const Model& mo
   return bodies;
 }
 
-// Pose of body b at the end of the part if it moves at the given velocities (2 b x 3).
+// Returns the pose of body b at the end of the part, given the velocities (2 b x 3) of the bodies.
 RigidPose pose_at(const StepContext& part, const Loads& loads, const Points& velocities, Index b) {
   const RigidPose& from = loads.body_poses[b];
   const Vec3 speed = velocities.row(2 * b).transpose(),
@@ -70,8 +70,9 @@ RigidPose pose_at(const StepContext& part, const Loads& loads, const Points& vel
 // Divides the impulses of the cloth and of the user's forces in a part into impulses at its start
 // and impulses at its end, and returns them in this order. Without contacts and under constant
 // magnetic forces, the bodies in bodies_with_cloth() then get the final velocities and the poses
-// that the integrator has computed. If it has computed no poses, these bodies move by their final
-// velocities times the length of the part. On other bodies, all impulses act at the start.
+// that the integrator has computed. If the integrator has computed no poses, these bodies move by
+// their final velocities times the length of the part. On other bodies, all impulses act at the
+// start.
 std::array<BodyImpulses, 2> divided_impulses(const StepContext& part, const Loads& loads,
                                              const SolvedBodies& solved, const RigidState& rigid,
                                              const Model& model) {
@@ -111,16 +112,17 @@ Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& point) {
 }
 
 // After impacts, moves attached vertices with their points on the bodies. Otherwise, the springs of
-// attachments would bring them back in the next part, with a velocity of their distance divided by
-// its length. Velocities do not change, so the springs exchange the momentum.
+// attachments would bring them back in the next part, with a velocity equal to their distance from
+// these points divided by the length of that part. Velocities do not change here; the springs
+// exchange momentum between cloth and bodies.
 //
-// A contact that only cancels the acceleration of a body, such as that of a floor on which it
-// rests, moves no vertex, because the springs balance its forces. The velocities of the body at the
-// start of the part and after the solve would carry the point of a vertex to two places. The vertex
-// is therefore moved only by the distance of its point from the segment between them. touched[b] is
-// 1 if contacts have changed the motion of body b; if `touched` is empty, any body may have been
-// touched. A vertex that is attached to several bodies moves by the mean. Returns
-// MovedBodies::carried_gain [J].
+// A contact that only cancels the acceleration of a body, such as the contact with a floor on which
+// the body rests, moves no vertex, because the springs balance its forces. The velocities of the
+// body at the start of the part and after the solve would carry the point of a vertex to two
+// places. The vertex is therefore moved only by the distance of its point from the segment between
+// these two places. touched[b] is 1 if contacts have changed the motion of body b; if `touched` is
+// empty, any body may have been touched. A vertex that is attached to several bodies moves by the
+// mean. Returns MovedBodies::carried_gain [J].
 double shift_attached(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                       const std::vector<std::uint8_t>& touched, const Engines& engines,
                       State& state) {

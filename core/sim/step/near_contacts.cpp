@@ -15,9 +15,9 @@ namespace {
 // contact_stiffness(). Our choice. Without these forces, contacts are too soft: a body that is much
 // heavier than the cloth pushes through them, and certification stretches the cloth beyond its
 // limits, which then throw the body back. In a step, limit phases can exert forces much larger
-// than the load. If these counted fully, contacts would push cloth beyond its limits. With 0.001,
-// no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic steps and in
-// steps of 1 to 10 ms (docs/experiments/strain_limits.md).
+// than the load. If these forces counted fully, contacts would push cloth beyond its limits. With
+// 0.001, no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic steps
+// and in steps of 1 to 10 ms (docs/experiments/strain_limits.md).
 constexpr double share_of_limit_forces = 0.001;
 
 // Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Bodies are
@@ -56,7 +56,7 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
 // Returns the mean velocities of obstacle vertices in this part minus those in the last part
 // (k x 3) [m/s]. Returns no rows if the length of the last part is unknown or no obstacle moves in
 // this part. Velocities in the last part are turned with an obstacle that rotates, so steady
-// rotation changes nothing. The change is 0 for an obstacle whose pose the user has set.
+// rotation gives no change. The change is 0 for an obstacle whose pose the user has set.
 Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
                         const Model& model) {
   const Points &now = state.obstacle_vertices, &next = loads.next_obstacles;

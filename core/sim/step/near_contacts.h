@@ -20,10 +20,10 @@ struct NearContacts {
   // Terms of contacts, of intersections to untangle, and of attachments, in this order. Terms of
   // contacts that act on no row of this rank may be omitted.
   ExtraTerms terms;
-  bool terms_divided = false;  // true: each rank has the terms of its rows
-  bool any_terms = false;      // some rank has terms of contacts
-  std::size_t n_attachments = 0;
-  ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
+  bool terms_divided = false;     // true: each rank has the terms of its rows
+  bool any_terms = false;         // some rank has terms of contacts
+  std::size_t n_attachments = 0;  // number of terms of attachments
+  ContactTerms contact_terms;     // evaluates the terms of contacts during the solve
   // forced[s] is 1 if surface s is a cloth whose strain limits are forced: at the start, at least
   // one of its triangles touches an obstacle and exceeds its limits by more than limit_margin().
   // yields[v] is 1 if cloth vertex v belongs to such a cloth and touches an obstacle. Both are

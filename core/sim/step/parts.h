@@ -26,9 +26,9 @@ using RunPart = std::function<PartResult(const StepContext& part)>;
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
                     const RunPart& run);
 
-// Saves the contacts and the obstacle positions of the rigid-body world, if any, to `snapshot`.
+// If there is a rigid-body world, saves its contacts and obstacle positions to `snapshot`.
 void save_world(const Engines& engines, SteppedState& snapshot);
-// Sets `state` to `snapshot`, and restores the rigid-body world.
+// Sets `state` to `snapshot`, and restores the rigid-body world, if there is one.
 void return_to_state(const SteppedState& snapshot, Engines& engines, State& state);
 
 }  // namespace loomstone

@@ -37,13 +37,14 @@ constexpr double growth = 1.5, slow_growth = 1.25, growth_to_settled = 2.0;
 // choice. This bound does not shorten steps below three tenths of the largest step, because motion
 // that would need shorter steps, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
-// Steps whose Damping::rate exceeds this fraction of the bound grow by at most
-// `slow_growth`. Our choice: long steps excite vibrations, but Damping::rate shows their energy
-// only one or two steps later. At the faster growth, the lengths of steps oscillate between 3 and
-// 10 ms in swings of soft sheets, which lose up to a third of their energy on the way down.
+// If Damping::rate in a step exceeds this fraction of dissipation_tolerance times the accuracy, the
+// next step is longer by at most the factor `slow_growth`. Our choice: long steps excite
+// vibrations, but Damping::rate shows their energy only one or two steps later. At the faster
+// growth, the lengths of steps oscillate between 3 and 10 ms in swings of soft sheets, which lose
+// up to a third of their energy on the way down.
 constexpr double slow_growth_share = 0.1;
 // Tolerated product of Damping::rate and the length of a part, in steps of given length with an
-// accuracy of 1. Damping does not divide parts that are shorter than the second number times
+// accuracy of 1. Damping does not divide parts that are shorter than `least_of_fall_time` times
 // Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
 // of 10 ms then reaches the bottom at most 2.2 % too late, instead of 8 % without this bound. The
 // bound does not divide steps of 4 ms in gentle motion.

@@ -1,5 +1,5 @@
 // Sixth stage: if a cloth has strain limits, corrects its velocities so that, within the length of
-// the part, they change strains by at most LimitOptions::strain_rate, unless that is 0. Positions
+// the part, they change strains by at most LimitOptions::strain_rate (0: no correction). Positions
 // do not change.
 #pragma once
 

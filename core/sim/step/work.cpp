@@ -206,8 +206,8 @@ std::vector<WorkOfContact> gathered(std::vector<WorkOfContact> works, const RowL
 }
 
 // Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
-// done against friction, and the work of untangling forces. Newton schemes: changes the terms in
-// `near` (see solved_terms()).
+// done against friction, and the work of untangling forces. With a Newton scheme, also changes the
+// terms in `near` (see solved_terms()).
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;

@@ -37,7 +37,8 @@ struct PartWork {
 // those in the middle of the motion at its mean velocity. Contact forces and the forces of limit
 // phases are those of the solve. The work of the script on a prescribed vertex is the change of its
 // kinetic energy minus the work that these forces and the loads, including the weight, do on it.
-// Newton schemes: sets the gradients of the terms in `near` to those that the solve used.
+// With a Newton scheme, also sets the gradients of the terms in `near` to those that the solve
+// used.
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
