@@ -73,7 +73,8 @@ struct RankReport {
   }
 };
 
-// Iterations and events of the integrator in a step, and the residual of the last linear solve.
+// Iterations and events of the integrator in a step, and the residual of the last linear solve (in
+// Newton schemes, of the last Newton iterate).
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;

@@ -78,7 +78,7 @@ struct StepInputs {
   // Factor on the tolerance of the iterative solver in linearised schemes [1].
   double tolerance_factor = 1.0;
   // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
-  // then does without its history, because forces that act on cloth by BDF-2 and on bodies by
+  // then takes the step by midpoint, because forces that act on cloth by BDF-2 and on bodies by
   // symplectic Euler would not conserve momentum.
   bool couples_bodies = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
@@ -98,6 +98,7 @@ struct StepInputs {
 struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
+  // Relative residual of the linear solve or, in Newton schemes, of the last iterate [1].
   double residual = 0.0;
   // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
@@ -120,12 +121,13 @@ class Integrator {
   virtual ~Integrator() = default;
   // Advances state.x and state.v by one step, in all rows on all ranks. On entry, body_velocity
   // (2 b x 3) contains the velocities predicted from the loads on the bodies. Implicit and
-  // asynchronous schemes add the changes due to the cloth. Throws SolverFailure if the step fails.
+  // asynchronous schemes add the changes due to the cloth. If the step fails, throws StepFailure if
+  // a shorter step may succeed, and another SolverFailure otherwise.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;            // true: the scheme accepts extra terms
-  virtual bool damps() const { return false; }  // true: the scheme is implicit Euler
+  virtual bool damps() const { return false; }  // true: an implicit Euler scheme
   // True if the energy of the strain that the linear model of a step neglects stays in the cloth.
   virtual bool keeps_neglected_energy() const { return false; }
   // Time after the start of the step at which an implicit scheme evaluated forces in the last call

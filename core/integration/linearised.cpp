@@ -1,7 +1,7 @@
-// Linearised schemes: semi-implicit backward Euler ((2.51) of [Thomaszewski2010], with the term h D
-// v that is omitted there), implicit midpoint and BDF-2; see docs/method.md, "Integrators". A step
-// solves a linear system for the change of velocity dv, with the stiffness K and damping D at its
-// start:
+// Linearised schemes: semi-implicit Euler ((2.51) of [Thomaszewski2010], with the term h D v that
+// is omitted there), implicit midpoint and BDF-2; see docs/method.md, "Integrators". A step solves
+// a linear system for the change of velocity dv, with the mass M, and the stiffness K and damping D
+// at its start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads and explicit bending forces,
@@ -23,13 +23,13 @@ namespace loomstone {
 
 namespace {
 
-// If the relative error of contact forces is below the first value, those of the first solve are
-// kept. If the error of friction is below the second value, the friction of a later solve is kept.
-// Our choice. In a landing, the normal forces of the first solve can be three times as large as
-// those of the second one. With two solves at most, sheets that land on a floor have up to 3.4
-// times the friction of Coulomb's law. With five solves at most, a light stiff sheet that slides on
-// a floor stops in a single step. With 0.5 as the second value, a disc that turns with a turntable
-// creeps on it.
+// If the relative error of contact forces is below `force_tolerance`, those of the first solve are
+// kept. If the error of friction is below `force_tolerance_again`, the friction of a later solve is
+// kept. Our choice. In a landing, the normal forces of the first solve can be three times as large
+// as those of the second one. With `most_solves` = 2, sheets that land on a floor have up to 3.4
+// times the friction of Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a
+// floor stops in a single step. With `force_tolerance_again` = 0.5, a disc that turns with a
+// turntable creeps on it.
 constexpr double force_tolerance = 0.1, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
 // Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
@@ -109,7 +109,8 @@ class LinearisedIntegrator final : public Integrator {
     Scheme scheme;
     SchemeCoefficients c;
     Index n;  // number of cloth vertices
-    // (rows x 3) dv [m/s] or, in rows of bodies, y (see BodyRows); at first, that of the last step.
+    // (rows x 3) dv [m/s] or, in rows of bodies, y (see BodyRows). On entry, may contain the values
+    // of the last step.
     Points& change;
     bool has_change = false;  // true: on entry, `change` contains the change of the last step
 
@@ -219,9 +220,10 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Returns the motion whose neglected strain (1/2 dF^T dF) the geometric stiffness omits. Its
-  // stress is then that of the linear model of the last step: at the middle of the last step for
-  // midpoint, and at its end otherwise. Stress from the neglected strain would resist rotation.
+  // Returns the motion whose neglected strain (1/2 dF^T dF) the geometric stiffness omits. The
+  // stress in the geometric stiffness is then that of the linear model of the last step: at the
+  // middle of the last step for midpoint, and at its end otherwise. Stress from the neglected
+  // strain would resist rotation.
   PastMotion past_motion(const ClothState& state, Scheme scheme) {
     if (!corrects_stress_) return {};
     if (scheme_ == Scheme::BackwardEuler) {

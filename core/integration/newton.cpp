@@ -18,9 +18,10 @@ namespace loomstone {
 
 namespace {
 
-// Friction limits are updated when the residual has fallen to this fraction of its initial value or
-// to the tolerance, whichever is larger. If an update changes the residual by more than
-// `limit_tolerance` times its scale, another one follows at the tolerance, up to `most_updates`.
+// Friction limits are updated when the residual has fallen to the fraction `roughly_known` of its
+// initial value or to the tolerance, whichever is larger. If the residual after an update exceeds
+// `limit_tolerance` times its scale (see iterate_to_tolerance()), another update follows at the
+// tolerance, up to `most_updates` in all.
 constexpr double roughly_known = 0.1, limit_tolerance = 0.02;
 constexpr int most_updates = 8;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
@@ -134,9 +135,10 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Iterates until the residual is at most the tolerance times `scale`, or until no Newton step
-  // lowers it and it is accepted as a rounding error (see rounding_tolerance). The latter can
-  // happen without loads, where `scale` may itself be a rounding error. Friction limits use the
-  // normal forces at the start of the time step until the residual has fallen as roughly_known
+  // lowers it and it is accepted as a rounding error (see rounding_tolerance). Without loads, for
+  // example, `scale` itself may be a rounding error; no residual then meets the tolerance. `scale`
+  // is the norm of the first residual plus that of the impulse of the loads. Friction limits use
+  // the normal forces at the start of the time step until the residual has fallen as roughly_known
   // describes, and then those of the last update. Throws NewtonFailure if the iteration does not
   // converge.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
@@ -174,7 +176,8 @@ class NewtonIntegrator final : public Integrator {
 
   // Takes one Newton step. Returns false if search() accepts none. The exact Jacobian gives
   // quadratic convergence, but it may be indefinite near buckling. The positive semi-definite
-  // Jacobian then still gives a descent direction.
+  // Jacobian then still gives a descent direction. Unless the options select the exact Jacobian, it
+  // is tried only from the third Newton step on.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;

@@ -76,7 +76,7 @@ struct ExplicitOptions : IntegratorCommon {
   }
 };
 
-// Options of the linearised schemes. Newton schemes have them, too.
+// Options that linearised schemes and Newton schemes have in common.
 struct ImplicitOptions : IntegratorCommon {
   JacobianKind jacobian = JacobianKind::Positive;
   BendingInStep bending = BendingInStep::Auto;

@@ -43,8 +43,8 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1
 // the unknown y. The unknown of a body is therefore y = (sigma d / c_k) dv. The system stays
 // symmetric if the mass of the body is multiplied by c_k / (h d).
 struct BodyRows {
-  double mass_share;      // factor of masses in the system
-  double velocity_share;  // dv = velocity_share * y
+  double mass_share;      // factor of masses in the system [1]
+  double velocity_share;  // dv = velocity_share * y [1]
 
   BodyRows(double h, const SchemeCoefficients& c)
       : mass_share(c.c_k / (h * c.time)), velocity_share(c.c_k / (c.sigma * c.time)) {}

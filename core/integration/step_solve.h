@@ -18,7 +18,7 @@ struct StepSystem {
   Elasticity& elasticity;
   double c_k;
   RowsIn rhs;
-  double tolerance = 0.0;            // tolerance of the iterative solver; 0: as in its options
+  double tolerance = 0.0;            // tolerance of the iterative solver [1]; 0: as in its options
   const Vector* masses = nullptr;    // see LinearSystem
   Vec3 least_change = Vec3::Zero();  // see LinearSystem
 };

@@ -79,11 +79,11 @@ class AggregationMultigrid {
   template <class Scalar>
   void take_step(Scalar alpha);
 
-  // Computes the correction for the residual r. Returns the dot product of r and the correction. It
-  // is computed as r . C r, with the symmetric smoother C of the first level, plus the dot product
-  // of the residual and the solution on the second level. If there is only one level, it is the dot
-  // product of the residual and the solution on this level. Also replaces `sum` by its total over
-  // all ranks. Collective.
+  // Computes the correction for the residual r. Returns the dot product of r and the correction.
+  // With several levels, this product is computed as r . C r, with the symmetric smoother C of the
+  // first level, plus the dot product of the residual and the solution on the second level. With
+  // one level, it is the dot product of the residual and the solution on this level. Also replaces
+  // `sum` by its total over all ranks. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {

@@ -9,7 +9,7 @@ namespace loomstone {
 
 BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings,
                          Index begin, Index end) {
-  // List the diagonal blocks and each coupling in both directions, then sort each row and remove
+  // Lists the diagonal blocks and each coupling in both directions, then sorts each row and removes
   // duplicates.
   const auto stored = [&](Index row) { return row >= begin && row < end; };
   std::vector<Index> start(n_rows + 1, 0);

@@ -40,7 +40,7 @@ class DirectSolver final : public LinearSolver {
     cholmod_start(&common_);
     common_.print = 0;
     common_.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
-    // Request a factorisation L L^T even if the factor is simplicial, so that a negative pivot is
+    // Requests a factorisation L L^T even if the factor is simplicial, so that a negative pivot is
     // an error.
     common_.final_ll = 1;
   }

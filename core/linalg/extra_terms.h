@@ -2,7 +2,7 @@
 // contacts, friction, untangling, attachments. A term depends on one relative velocity
 // u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement s, the
 // time integral of u. Let g be dE/ds at the start of the step or, if the term is evaluated after a
-// motion of the rows, at the end of this motion. Let H be d2E/ds2 or a positive semidefinite
+// motion of the rows, at the end of this motion. Let H be d2E/ds2 or a positive semi-definite
 // replacement. Row i gets the force -J_i^T g, and block (i, j) of the stiffness gets J_i^T H J_j.
 // Rows 0 to n - 1 are cloth vertices. Body b has row n + 2b for translation of its centre and row
 // n + 2b + 1 for rotation about it.
@@ -40,7 +40,7 @@ struct ExtraTerm {
   std::array<TermEntry, 8> entries;  // sorted by row
   int n_entries = 0;
   Vec3 gradient = Vec3::Zero();  // g [N]
-  Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semidefinite
+  Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semi-definite
   Vec3 drift = Vec3::Zero();     // minus the weighted sum of obstacle velocities [m/s]
 
   // Returns the relative displacement s [m] at `time` [s] after the start of the step, for the

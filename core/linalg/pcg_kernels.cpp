@@ -118,7 +118,7 @@ LOOMSTONE_INLINE void moved(Index n, double length, const Scalar* p, double* x) 
 }
 
 // Inverts eight blocks by the same closed form as invert_positive_definite(). Returns a bit mask of
-// the blocks that are not positive definite. It is found from the signs of their leading minors.
+// the blocks that are not positive definite: those with a leading minor that is not positive.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned inverted(double* blocks) {
   const Inverse<Lanes> a = load_inverse<Lanes>(blocks);

@@ -29,8 +29,8 @@ class Preconditioner {
     const Halo& halo;  // rows that the matrix and the terms couple to owned rows
     const SlicedEllpack& slices;
   };
-  // Builds the preconditioner. Throws SolverFailure on all ranks if a diagonal block is not
-  // positive definite. Collective.
+  // Builds the preconditioner. Throws StepFailure on all ranks if a diagonal block is not positive
+  // definite. Collective.
   void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const Rows& rows);
   // Prepares for double precision: copies the inverse diagonal blocks, and allocates the vectors of
   // the multigrid correction.

@@ -34,11 +34,12 @@ Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row
 void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end,
                      const double* x, double* y);
 
-// Throws SolverFailure on all ranks. The message names the first row of b or x that is not finite,
-// if there is one. Collective.
+// To be called on all ranks if a product or norm is not finite. Throws SolverFailure, whose message
+// names the first row of b or x that is not finite, or StepFailure if all these rows are finite.
+// Collective.
 [[noreturn]] void throw_not_finite(const LinearSystem& system, const RowsIn& b, const Points& x);
 
-// Throws SolverFailure on all ranks if a rank has found a row whose diagonal block is not positive
+// Throws StepFailure on all ranks if a rank has found a row whose diagonal block is not positive
 // definite. `bad_row` is -1 on ranks that have found none. Collective.
 void refuse_indefinite_row(const LinearSystem& system, Index bad_row);
 [[noreturn]] void throw_indefinite(const char* method, int iteration);

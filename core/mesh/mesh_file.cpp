@@ -73,8 +73,8 @@ Array as_rows(const std::vector<Value>& values) {
       Array::ColsAtCompileTime);
 }
 
-// Replaces the triangles of each polygon by those of split_polygon(), which may be different if the
-// triangles around the first corner overlap or one of them has no area. Throws CacheError if
+// Replaces the triangles of each polygon by those of split_polygon(), which may be different if
+// triangles of the fan about the first corner overlap or have no area. Throws CacheError if
 // split_polygon() returns none.
 void split_concave(RawMesh& raw, const std::string& path) {
   for (const RawMesh::Polygon& polygon : raw.polygons) {

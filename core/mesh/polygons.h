@@ -8,11 +8,11 @@
 
 namespace loomstone {
 
-// Returns the triangles of a polygon, three corner numbers each. They have the orientation of the
-// polygon. If the triangles around the first corner all have an area and do not overlap, or if none
-// has an area, they are returned; otherwise ears are cut off one by one [Meisters1975]. The polygon
-// need not be exactly flat. If its outline crosses itself, the result is meaningless or, in most
-// cases, empty.
+// Returns the triangles of a polygon, three corner numbers each, with the orientation of the
+// polygon. If all triangles of the fan about the first corner have an area and do not overlap, or
+// if none has an area, returns the fan; otherwise, cuts off ears one by one [Meisters1975]. The
+// polygon need not be exactly flat. If its outline crosses itself, the result is meaningless or, in
+// most cases, empty.
 std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners);
 
 // Returns the triangles of several polygons as row indices of `corners` (c x 3). Polygon p has the

@@ -27,8 +27,8 @@ class SpatialQuery {
   // Returns the closest point within `radius` [m]. If several triangles are equally close, returns
   // the point on the one with the smallest index.
   ClosestPoint closest(const Vec3& point, double radius) const;
-  // Returns whether the point is inside the surface, by the sign of its distance from the closest
-  // feature along the feature's pseudo-normal. The surface must be closed.
+  // Returns whether the point is inside the surface: on the side of the closest feature that is
+  // opposite to the feature's pseudo-normal. The surface must be closed.
   bool inside(const Vec3& point) const;
 
  private:

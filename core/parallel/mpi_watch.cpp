@@ -143,8 +143,8 @@ class MpiWatch::Thread {
     }
   }
 
-  // Asks all other ranks what they do and collects their answers. Aborts all ranks if this rank is
-  // then still in the same wait.
+  // Asks all other ranks what they are doing and collects their answers. Aborts all ranks if this
+  // rank is then still in the same wait.
   void call_roll() {
     const std::int64_t since = changed_;
     const auto same_wait = [&] { return waiting_ && changed_ == since; };

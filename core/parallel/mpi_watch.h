@@ -16,9 +16,9 @@ inline constexpr int timeout_exit_code = 75;
 double mpi_timeout();
 
 // A thread that observes the waits of this rank and answers the watches of the other ranks. If a
-// wait exceeds the time-out, the watch asks all ranks what they do. The lowest rank that has waited
-// longer than the time-out names the ranks that do not answer or do not communicate, with their
-// hosts, and aborts all ranks. Requires MPI_THREAD_MULTIPLE.
+// wait exceeds the time-out, the watch asks all ranks what they are doing. The lowest rank that has
+// waited longer than the time-out names the ranks that do not answer or do not communicate, with
+// their hosts, and aborts all ranks. Requires MPI_THREAD_MULTIPLE.
 class MpiWatch {
  public:
   // Collective over the communicator with this Fortran handle. The watch communicates through a

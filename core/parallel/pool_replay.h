@@ -1,8 +1,8 @@
-// Predicts from recorded costs the time that many ranks would need for their work. There is a
-// function for each way to divide the work: replay_static(), replay_predicted() (by expected costs)
-// and replay_dynamic() (by task pools). Task pools are replayed by a discrete-event simulation. It
-// includes the latency and bandwidth of messages, the processor time for each message, and the
-// interval at which ranks poll.
+// Predicts, from recorded costs, how long a given number of ranks would need for the same work.
+// There is a function for each way to divide the work: replay_static(), replay_predicted() (by
+// expected costs) and replay_dynamic() (by task pools). Task pools are replayed by a discrete-event
+// simulation, which includes the latency and bandwidth of messages, the processor time for each
+// message, and the interval at which ranks poll.
 #pragma once
 
 #include <cstdint>

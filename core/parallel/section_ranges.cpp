@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// A section with at least this share of all costs is cut on its own. Our choice.
+// A section with at least this fraction of the total cost is cut on its own. Our choice.
 constexpr double expensive = 0.05;
 
 double sum_between(const std::vector<float>& costs, std::size_t begin, std::size_t end) {

@@ -1,7 +1,8 @@
-// Division of pieces of work that form sections. Each section with a large part of all costs is cut
-// into one contiguous range for each rank, and all other sections are cut together. Each rank thus
-// gets about an equal part of every expensive section. This balances several phases of work if the
-// cost of a section is distributed over its pieces in the same proportions in all phases.
+// Division, among ranks, of pieces of work that form sections. Each section with a large fraction
+// of the total cost is cut into one contiguous range for each rank, and all other sections are cut
+// together. Each rank thus gets about an equal part of every expensive section. This balances
+// several phases of work if the cost of a section is distributed over its pieces in the same
+// proportions in all phases.
 #pragma once
 
 #include <cstddef>

@@ -1,8 +1,8 @@
 // Elements that a strain-limiting sweep still has to evaluate: either all elements or the active
 // set. The active set starts with the batches in which LimitCheck found an excess above the
 // tolerance. Elements are added when one of their vertices has moved since their last evaluation.
-// The strain of all other elements is unchanged, so sweeps over the active set give bitwise the
-// same result as sweeps over all elements.
+// The strain of all other elements is unchanged, so sweeps over the active set and over all
+// elements give bitwise identical results.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ namespace loomstone {
 struct BrokenLimit {
   Index element;
   int mode;
-  double excess;  // amount by which the strain exceeds the limit
+  double excess;  // amount by which the strain exceeds the limit [1]
 };
 
 // Report on a call of the limiter: its cost and the excess that remains.

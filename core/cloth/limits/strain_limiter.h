@@ -24,7 +24,7 @@ class ActiveSet;
 class EdgeLimiter;
 
 // Enforces strain limits. `key` and options.seed together determine the order in which random
-// sweeps visit the elements. Calls with the same seed and arguments give bitwise the same result.
+// sweeps visit the elements. Calls with the same seed and arguments give bitwise identical results.
 // On several ranks, all calls are collective.
 class StrainLimiter {
  public:

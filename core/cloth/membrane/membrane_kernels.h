@@ -25,7 +25,7 @@ struct Tables {
   const double* constants;  // (batches x 7 x 8) area [m^2], fields of MembraneConstants
   // Near strain limits, stiff phases add a linear function of the Green strain E to the stresses
   // S11, S22 and S12.
-  const double* phase = nullptr;           // (batches x 6 x 8) slopes, then values at E = 0
+  const double* phase = nullptr;           // (batches x 6 x 8) slopes, then values at E = 0 [N/m]
   const std::uint8_t* in_phase = nullptr;  // (batches) 0: nothing is added
   // (batches x 3 x 8 x 8) limited modes, with the fields of LimitMode in their order; may be null.
   const double* limits = nullptr;

@@ -25,8 +25,8 @@ class AttachedBodies {
   void load(Index body, double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
   // the velocities of the vertices to those that the motion of the body gives them. The positions
-  // and the pose belong to the time `ahead` [s] after the impulses (negative: before), so they
-  // change with the velocities.
+  // and the pose belong to the time `ahead` [s] after the impulses (negative: before), so a change
+  // of velocity moves them, too.
   void absorb(Index body, double ahead, Points& x, Points& v);
   // Moves a body and its vertices for a duration of `time` [s].
   void drift(Index body, double time, Points& x, Points& v);

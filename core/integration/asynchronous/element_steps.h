@@ -44,8 +44,8 @@ class ElementSteps {
   // the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s], for the strains at the positions x of the last call of at() or
-  // first_unstable(). Each mode is in the higher of two phases: its phase at these strains, and its
-  // entry of `phases`.
+  // first_unstable(). Each mode counts as being in the higher of two phases: its phase at these
+  // strains, and its entry of `phases`.
   double step_in_phases(Index t, const LimitPhases& phases) const;
   // Returns the first triangle whose strain at x is not finite or whose step in `steps` (m) [s] is
   // longer than its stability limit; -1 if there is none.

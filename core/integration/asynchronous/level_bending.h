@@ -24,8 +24,8 @@ struct BendingMesh {
 // The bending of a group of triangles whose forces act together in each event of the group.
 class BendingGroup {
  public:
-  // `acting` lists triangles of the mesh in ascending order. `factors` multiply their forces; they
-  // are 1 if the vector is empty.
+  // `acting` lists triangles of the mesh in ascending order. `factors` has one factor for the
+  // forces of each of these triangles; empty: all factors are 1.
   BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
                const std::vector<double>& factors = {});
 

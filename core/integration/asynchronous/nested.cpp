@@ -48,7 +48,7 @@ struct Plan {
   int finest() const { return static_cast<int>(step_of.size()) - 1; }
 };
 
-// Prescribed vertices, and the work of the script that moves them against the forces of the cloth.
+// Prescribed vertices, and the work that their script does against the forces of the cloth.
 struct MovedPins {
   std::vector<Index> rows;  // empty if no prescribed vertex moves
   Points velocity;          // prescribed velocities [m/s]
