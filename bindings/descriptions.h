@@ -1,6 +1,6 @@
 // Binds a description, a struct that lists its members in fields(). The constructor of the Python
-// class takes the fields by keyword and, in some classes, the first fields by position. It has the
-// defaults of C++. The class also has read-only properties with the help texts of C++, equality by
+// class takes the fields by keyword and, in some classes, the first fields by position. Defaults
+// are those of C++. The class also has read-only properties with the help texts of C++, equality by
 // value, repr, to_dict() and replace().
 #pragma once
 

@@ -25,7 +25,8 @@ class Materials {
  public:
   Materials(const GL& gl, const FrameTopology& topology);
   const Material& cloth(Index number) const { return cloths_[static_cast<std::size_t>(number)]; }
-  // Returns the material of a body or obstacle, or of the curves if `number` is the count of both.
+  // Returns the material of a body or obstacle, or that of the curves if `number` equals the number
+  // of bodies and obstacles.
   const Material& body(Index number) const { return bodies_[static_cast<std::size_t>(number)]; }
 
  private:

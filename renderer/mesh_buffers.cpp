@@ -92,7 +92,7 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
   const double cosine = std::cos(crease_degrees * 3.14159265358979323846 / 180.0);
   Points normal(n, 3);
   std::map<std::pair<Index, Index>, std::pair<Index, int>>
-      edge_seen;  // edge -> its first triangle, and the corner of it where the edge starts
+      edge_seen;  // edge -> its first triangle, and the triangle's corner where the edge starts
   CornerGroups groups(3 * n);
   for (Index i = 0; i < n; ++i) {
     const auto triangle = topology.body_triangles.row(rows[i]);

@@ -100,7 +100,7 @@ ColorRange color_range(const RenderOptions& options, const std::string& row,
         reach = *options.color_high - neutral;
       range = {neutral - reach, neutral + reach};
     }
-    // Rounding errors of equal values are not visible in a range of this width.
+    // In a range of this width, rounding differences between equal values are invisible.
     const double width = least(range.low);
     if (range.high - range.low < width) range = {range.low - 0.5 * width, range.low + 0.5 * width};
   }

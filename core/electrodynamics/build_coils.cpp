@@ -59,7 +59,8 @@ void check_coil(const Coil& coil, const std::string& where) {
 }
 
 // Checks the requirements of a circuit in a scene with magnetisable bodies. The bodies must respond
-// linearly and to each other's fields, and the circuit must have a self-inductance.
+// linearly (without saturation) and also to each other's fields (no explicit response), and the
+// circuit must have a self-inductance.
 void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
   for (std::size_t k = 0; k < model.magnets.size(); ++k) {
     const CarriedMagnet& magnet = model.magnets[k];

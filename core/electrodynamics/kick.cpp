@@ -44,8 +44,8 @@ class Kick {
   // Returns the power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by
   // `wrenches` [W]. The power is per ampere [W/A] if `felt` is.
   double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
-  // Returns the rotation of a body that has a bearing in a kick by `wrench`. Its spin is the one at
-  // the midpoint, or the one at the end if friction is strong; see kick.h.
+  // Returns the rotation of a body in a bearing during a kick by `wrench`. Turning::spin is the
+  // angular velocity at the midpoint, or at the end if friction is strong; see kick.h.
   Turning turning(Index body, const Wrench& wrench) const;
   // Returns the linear and angular velocity of a body at the midpoint of a kick by `wrench`. For a
   // body in a bearing, the angular velocity is that of turning().

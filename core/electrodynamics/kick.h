@@ -9,11 +9,13 @@
 // for the new values i' and v'. The subscript m denotes the mean of the old and new values; without
 // inductance, i' is i_m. In a circuit with tau R > 2 L, i_m is i' instead of the mean, because i'
 // would otherwise oscillate about the slowly varying current V / R. The energy L (i' - i)^2 / 2
-// then counts as heat. In the same way, friction of a bearing acts at the angular velocity w' at
-// the end of the kick instead of the mean if tau times its coefficient exceeds 2 I. Here, I is the
-// moment of inertia about the axis, and the bearing also takes the energy I (w' - w)^2 / 2. L is
-// the inductance, R the resistance, V the source voltage, m the mass, and F the force without
-// circuits.
+// then counts as heat. L is the inductance, R the resistance, V the source voltage, m the mass, and
+// F the force without circuits.
+//
+// Let w and w' be the angular velocities of a body in a bearing at the start and at the end of the
+// kick, and I its moment of inertia about the axis. Friction acts at the mean of w and w' or, if
+// tau times the friction coefficient exceeds 2 I, at w'. In the second case, the bearing also takes
+// the energy I (w' - w)^2 / 2.
 //
 // With several circuits, L is the matrix of self and mutual inductances. The mutual inductances M
 // with coils of given current i_g add the EMF -M di_g/dt. The G of a circuit depends on the

@@ -8,7 +8,7 @@ namespace loomstone {
 namespace {
 
 // Fraction of the kinetic energy that is added to the absolute work in the divisor of the relative
-// error [1]. This error thus stays bounded if there is little work.
+// error [1]. The relative error thus stays bounded if there is little work.
 constexpr double least_work = 0.1;
 
 double work_along(const Wrench& wrench, const Twist& displacement) {

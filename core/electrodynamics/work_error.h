@@ -7,12 +7,12 @@
 // were constant along the whole displacement.
 //
 // The half kicks integrate the force along the displacement by the trapezoidal rule. A force that
-// changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0), which the rule
-// exceeds in magnitude by (W1 - W0)^2 / (6 |W0 + W1|) to leading order.
+// changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0). The rule gives
+// work of larger magnitude, to leading order by (W1 - W0)^2 / (6 |W0 + W1|).
 //
 // A free body of mass m and initial velocity v is displaced by h (v + h F0 / 2m) in the time h, but
 // the mean of its initial and final velocities is v + h (F0 + F1) / 4m. Its kinetic energy grows by
-// h times the mean force times this mean velocity. This exceeds the mean force times the
+// h times the mean force times this mean velocity. This growth exceeds the mean force times the
 // displacement by h^2 (F1^2 - F0^2) / 8m.
 //
 // Only forces that grow along their own direction count: W0 < W1 with equal signs. This condition

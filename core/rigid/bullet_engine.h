@@ -27,7 +27,7 @@ namespace loomstone {
 //
 // Restitution excludes the kicks of the step, as it excludes gravity: forces that press two bodies
 // together do not make them bounce. A body bounces in the step in which it reaches the other body,
-// also if there is still a gap at the start of the step. Without this rule, Bullet would brake the
+// even if there is still a gap at the start of the step. Without this rule, Bullet would brake the
 // body to the speed that closes the gap in this step, and nothing would be left to bounce.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:

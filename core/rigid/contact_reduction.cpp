@@ -33,11 +33,11 @@ class Reduction {
   }
 
   // Chooses four corners of all contacts if no other contact lies deeper than the surface between
-  // them. This is so if a face of the hull meets a flat surface, even if the face is tilted, so
-  // that it bears load only at one edge. Without the corners at the opposite edge, a box would turn
-  // about the bearing one and sink in. Otherwise, the hull is rounded or the surface rough. Then
-  // chooses corners of the contacts that bear load or, if there are fewer than four of them,
-  // chooses these and adds those that are farthest from them.
+  // these corners. This is the case if a face of the hull meets a flat surface, even if the face is
+  // tilted and bears load only at one edge. Without the corners at the opposite edge, a box would
+  // turn about the edge that bears load and sink in. In all other cases, the hull is rounded or the
+  // surface is rough. The function then chooses corners of the contacts that bear load or, if there
+  // are fewer than four of these, all of them and the contacts that are farthest from them.
   Indices kept() const {
     Indices chosen = corners(all_);
     if (lies_on(chosen)) return chosen;
@@ -61,9 +61,9 @@ class Reduction {
     return chosen;
   }
 
-  // Returns the contact that bears load and is farthest from the mean position of the contacts
-  // `among`. Adds, of these contacts, the one farthest from it and the farthest one on each side of
-  // the line through these two.
+  // Returns four contacts. The first bears load and is farthest from the mean position of the
+  // contacts `among`. The others belong to `among`: the contact farthest from the first, and the
+  // farthest contact on each side of the line through these two.
   Indices corners(const Indices& among) const {
     constexpr double ties = 1e-6;
     Vec3 mean = Vec3::Zero();
@@ -124,10 +124,12 @@ class Reduction {
   }
 
   const std::vector<HullContact>& contacts_;
-  const double margin_;  // gaps that differ by less are equal [m]
+  const double margin_;  // gaps that differ by less count as equal [m]
   std::vector<bool> old_;
   Indices all_;
-  Indices bearing_;  // contacts whose gap exceeds the smallest one by less than the margin
+  // Contacts that bear load: their gap exceeds the smallest gap by less than the margin, or by less
+  // than twice the margin if they existed in the last step.
+  Indices bearing_;
 };
 
 // Leaves out contacts that are closer than `distance` [m] to an earlier contact. All edges at a

@@ -1,4 +1,4 @@
-// Choice of the contacts in one plane that the solver of contacts receives. Independent of Bullet.
+// Choice of the contacts in one plane that the contact solver receives. Independent of Bullet.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 namespace loomstone {
 
 // Reduces the contacts in one plane to at most four that support the hull as all of them would. The
-// contacts have gaps of at most `near` [m]. `before` contains the contacts of the last step, with
-// `point` on the hull.
+// contacts have gaps of at most `near` [m]. `before` contains the contacts of the last step, whose
+// `point` lies on the hull instead of the triangle.
 void reduce_contacts(std::vector<HullContact>& contacts, double near,
                      const std::vector<HullContact>& before);
 

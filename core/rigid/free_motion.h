@@ -1,5 +1,5 @@
 // Free rotation of rigid bodies. The state variable is the angular momentum in world axes. Only
-// torques change it: without them, it stays bitwise the same.
+// torques change it; without torques, it stays bitwise identical.
 #pragma once
 
 #include "core/base/rotation.h"

@@ -109,8 +109,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
-  // Returns whether the hull touches the other object after its `motion`. planes_ must contain the
-  // contacts before it.
+  // Returns whether the hull touches the other object after that object has moved by `motion`,
+  // which is given in the axes of the hull. planes_ must contain the contacts before the motion.
   bool meets_at_end(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met,
                     double near) {
     if (planes_.empty()) return false;

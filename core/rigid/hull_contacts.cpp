@@ -180,8 +180,8 @@ void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const V
 
 void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double near,
                             const Axis& axis) {
-  // Two edges that meet at a direction close to the normal are part of an area of contact, which
-  // clipping finds as a whole.
+  // If the contact direction of two edges is close to the normal, the edges are part of an area of
+  // contact, which clipping finds as a whole.
   const bool along_normal = axis.direction.dot(normal) > turned_to;
   if (axis.edge >= 0 && !along_normal) {
     contacts_.push_back({axis.point, axis.direction, axis.gap});

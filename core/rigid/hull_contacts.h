@@ -34,7 +34,7 @@ class HullOnTriangles {
     std::size_t n_met;  // the first n_met triangles can have contacts; others are only neighbours
     double near;        // largest gap of a contact [m]
     std::size_t most;   // largest number of planes
-    const Contacts& before;  // contacts of the last step, with `point` on the hull
+    const Contacts& before;  // contacts of the last step, whose `point` lies on the hull
   };
   // Finds the contacts and groups those with nearly parallel normals into planes. Keeps the `most`
   // planes with the deepest contacts, deepest first, and up to four contacts in each plane.

@@ -14,7 +14,7 @@ struct Overlap {
   btScalar gap;
 };
 
-// Collects the overlaps that an algorithm finds. Its manifold stays unchanged.
+// Collects the overlaps that an algorithm finds. The manifold of the algorithm stays unchanged.
 class Overlaps : public btManifoldResult {
  public:
   Overlaps(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,

@@ -30,6 +30,7 @@ struct RigidBody {
   std::shared_ptr<const TriangleMesh> mesh;  // closed, in the body's own frame
   BodyShape shape = BodyShape::Convex;
   std::vector<std::shared_ptr<const TriangleMesh>> parts;  // convex, same frame as mesh
+  // Density [kg/m^3], used if `mass` is 0.
   double density = 1000.0;
   double mass = 0.0;                     // [kg]; 0: density times volume
   Vec3 position = Vec3::Zero();          // world position of the origin of the mesh [m]

@@ -150,7 +150,7 @@ void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
                state.angular_velocities.row(i).transpose());
 }
 
-// Updates the bodies whose state the caller has changed since the last step.
+// Updates those of Bullet's bodies whose state the caller has changed since the last step.
 void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (state.positions.row(i) != known.positions.row(i) ||

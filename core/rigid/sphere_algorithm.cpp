@@ -65,8 +65,8 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// Adds the contact between two balls, if there is one. There is none if the gap exceeds both `near`
-// and the length of `motion`. `motion` is the motion of `ball` relative to `other` in this step.
+// Adds the contact between two spheres, if there is one. There is none if the gap exceeds both
+// `near` and the length of `motion`, the motion of `ball` relative to `other` in this step [m].
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -74,8 +74,8 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // Add the contact at the start of the motion if the balls overlap, or if `motion` does not close
-  // the gap along the normal, because a third body may still push the ball against `other`.
+  // Add the contact at the start of the motion if the spheres overlap, or if `motion` does not
+  // close the gap along the normal, because a third body may still push `ball` against `other`.
   // Otherwise, add the first contact on the path, if there is one.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);

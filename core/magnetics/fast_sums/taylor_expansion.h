@@ -57,7 +57,8 @@ class TaylorExpansion {
   void evaluate(const double* local, const Vec3& centre, const double* points, Index n,
                 double* field, double* gradient) const;
 
-  // Number of doubles that evaluate_at() may read past the coefficients. They have no effect.
+  // Number of doubles that evaluate_at() may read past the coefficients; their values have no
+  // effect.
   static constexpr int beyond = 7;
   // Stores the coefficients of `local` for evaluate_at().
   void pack(const double* local, double* rows) const;

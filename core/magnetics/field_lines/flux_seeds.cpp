@@ -1,8 +1,8 @@
 // Seeds of field lines such that each line represents the same flux. Surfaces of solid bodies and
 // surfaces bounded by closed currents are divided into pieces. The pieces of each body are sorted
 // along a space-filling curve. The magnitude of the flux is then summed over the pieces of all
-// bodies, except pieces where flux enters a solid body and pieces inside another body. Seed
-// k = 0 ... n - 1 lies on the piece at which the sum reaches the fraction (k + 1/2) / n of the
+// bodies, except pieces where flux enters a solid body and pieces inside another body. Of n seeds,
+// seed k = 0 ... n - 1 lies on the piece at which the sum reaches the fraction (k + 1/2) / n of the
 // total.
 #include <algorithm>
 #include <cmath>

@@ -19,9 +19,10 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 // PanelTask::radius [N], both in the axes of PanelTask::by. Rigid bodies in contact overlap by
 // rounding errors and by the contact solver's tolerance. The normal component of H jumps at a
 // charged face, so charge inside the body `by` experiences the field at the nearest point outside
-// this body. `energy` is minus the integral of M.B over the volume inside the panels [J]. It is the
-// first of the six components; the others are 0. Because div B = 0 and M is uniform, it equals
-// minus the integral of (M.x)(B.n) over the closed surface. B.n does not jump at charged faces.
+// this body. `energy` is minus the integral of M.B over the volume inside the panels [J], where M
+// is the magnetisation. The energy is the first of the six components; the others are 0. Because
+// div B = 0 and M is uniform, the energy equals minus the integral of (M.x)(B.n) over the closed
+// surface. B.n does not jump at charged faces.
 enum class PanelQuantity { wrench, energy };
 
 struct PanelIntegral {

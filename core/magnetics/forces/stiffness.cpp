@@ -95,8 +95,8 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double size = std::sqrt(h.squaredNorm() / 6.0);
   if (size == 0.0) return 0.0;
   const double shape = std::clamp(h.determinant() / (2.0 * size * size * size), -1.0, 1.0);
-  // cos(acos(shape) / 3) is a smooth function of s = cos(acos(shape) / 2). This polynomial in s
-  // exceeds it by at most 2.2e-5.
+  // cos(acos(shape) / 3) is a smooth function of s = cos(acos(shape) / 2). The polynomial in s
+  // below exceeds this function by at most 2.2e-5.
   const double s = std::sqrt(0.5 * (1.0 + shape));
   return 2.0 * size *
          (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));

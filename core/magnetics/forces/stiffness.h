@@ -41,8 +41,8 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<Carrier>& carriers, double field);
 
 // A sphere whose moment is parallel to the field (chi > 0), so that it experiences no torque. The
-// stiffness of the forces on it is computed for constant moments. This is an upper bound, because
-// the stiffness is smaller if the moments follow the field.
+// stiffness of the forces on it is computed for constant moments. The result is an upper bound,
+// because the stiffness is smaller if the moments follow the field.
 struct SoftSphere {
   Index carrier;
   Vec3 position, moment;  // [m], [A m^2]

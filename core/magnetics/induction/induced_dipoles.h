@@ -1,7 +1,7 @@
 // Linear spheres as point dipoles that magnetise one another: m = alpha B with the polarisability
-// alpha of a sphere. This is (6.17) of [Thomaszewski2010] with its misprint corrected. Here, B
-// includes the field of all other spheres, which leads to a linear system. In [Thomaszewski2010],
-// only permanent magnets contribute to B.
+// alpha of a sphere. This equation is (6.17) of [Thomaszewski2010] with its misprint corrected.
+// Here, B includes the field of all other spheres, which leads to a linear system. In
+// [Thomaszewski2010], only permanent magnets contribute to B.
 #pragma once
 
 #include <vector>

@@ -111,10 +111,10 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// Updates the effective susceptibility of `now` if the body has a saturation. The demagnetisation
+// Updates the effective susceptibility of `now` if the body can saturate. The demagnetisation
 // factor of the body follows from the volume means of the applied field and of the magnetisation.
 // Returns false if the susceptibility is not changed, because the new value equals the old one
-// within the tolerance, or because the body has no saturation or is not magnetised.
+// within the tolerance, or because the body cannot saturate or is not magnetised.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;

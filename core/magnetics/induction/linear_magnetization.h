@@ -21,17 +21,18 @@ struct Induction {
 
 // Magnetises `soft` in the field of `hard` and the uniform field `field` [T] to a relative residual
 // of `tolerance`. If the degree of a sphere's harmonics is automatic, it is chosen for `tolerance`,
-// too. In a body with saturation, the volume means of M and H satisfy
+// too. In a body with the saturation magnetisation M_s, the volume means of M and H satisfy
 // M = chi H / (1 + chi |H| / M_s). The effective susceptibility chi (1 - |M| / M_s) is the same
 // everywhere in this body. Throws SolverFailure if no equilibrium is found, and InvalidInput if
 // `tolerance` is not in [1e-14, 0.1] or `field` is not finite.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
-// Returns the energy [J] by which the magnetic energy of a body with saturation differs from that
-// of a linear body with its effective susceptibility c. Let U(c) be the energy of the linear body
-// in a constant applied field. Its derivative is -mu0 H^2 V / 2. The force of the field is that of
-// the energy U(c) + g(c) if g'(c) is the opposite of this derivative. With H = M_s (1/c - 1/chi),
+// Returns the magnetic energy [J] of a body with saturation minus that of a linear body with the
+// same effective susceptibility c (`effective`). Let V be the volume and U(c) the energy of the
+// linear body in a constant applied field. Then U'(c) = -mu0 H^2 V / 2. The force of the field on
+// the body with saturation is that of the energy U(c) + g(c) if g'(c) = -U'(c). With
+// H = M_s (1/c - 1/chi), the function returns
 //   g(c) = -mu0 M_s^2 V / (2 c) (1 - r^2 + 2 r ln r),   r = c / chi.
 double saturation_energy(const SoftBody& body, double effective);
 

@@ -19,7 +19,7 @@ namespace loomstone {
 
 namespace {
 
-// The field is sampled and forces act at this number of points in each direction of a panel.
+// Number of points in each direction of a panel at which the field is sampled and forces act.
 constexpr int points_a_direction = 3;
 constexpr Index most_panels = 8000;          // limits the matrix to 0.5 GB
 constexpr Index most_cuboid_panels = 24000;  // limits the eight matrices to 0.6 GB
@@ -73,8 +73,8 @@ class SoftPanels final : public SoftShape {
   }
   // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
   // which varies as rapidly as H. The finest grid carries this charge, on panels, at sample points
-  // and on parts of bisected panels. The rest of the charge is due to the charge on other faces. It
-  // is smooth and stays on the panels of all grids.
+  // and on parts of bisected panels. The rest of the charge is due to the charge on other faces.
+  // This rest is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;

@@ -15,8 +15,8 @@ namespace {
 // The field on a sphere is projected on harmonics by a quadrature rule that is exact for products
 // of two harmonics up to the degree of the sphere or least_of_samples, whichever is higher. With a
 // rule for degree 1, higher harmonics of a field that varies over the sphere would count as a
-// uniform field. Our choice: at 2.8 radii from a magnet, the moment of a sphere of degree 1 is
-// exact to 2e-4 with the rule for degree 5.
+// uniform field. Our choice. With the rule for degree 5, the relative error of the moment of a
+// sphere of degree 1 at 2.8 radii from a magnet is 2e-4.
 constexpr int least_of_samples = 5;
 
 class SoftSphere final : public SoftShape {
@@ -107,9 +107,9 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
   return std::make_shared<SoftSphere>(radius, susceptibility, degree);
 }
 
-// Terms of degree l of the force between a dipole and a sphere decay as l^4 exp(-x l), where x
-// comes from the callers below. The relative error of truncation at degree d is about (x d)^4
-// exp(-x d) / 24.
+// Returns the degree at which the force between a dipole and a sphere has about the relative error
+// `tolerance`. Terms of degree l of this force decay as l^4 exp(-x l); the callers below determine
+// x. The relative error of truncation at degree d is about (x d)^4 exp(-x d) / 24.
 static int degree_of(double x, double tolerance) {
   double y = -std::log(tolerance);
   for (int i = 0; i < 20; ++i)

@@ -1,21 +1,21 @@
 // Axisymmetric sources about the z axis: circular current loops, solenoids (cylindrical current
 // sheets), and cylinder and ring magnets.
 //
-// A uniformly magnetised body has mu0 H = grad(J . grad Psi), where Psi is the Newtonian potential
-// of its volume. For a cylinder, all second derivatives of Psi follow from three functions of an
-// equivalent current sheet on its side: the field components b_z and b_rho, and t = A_phi / rho.
-// The third derivatives follow from these functions and from current loops at the two ends. Near
-// the axis and far away, azimuthal integrals use the midpoint rule, which converges to rounding
-// accuracy there, and differences between the two ends are computed without cancellation.
-// Elsewhere, azimuthal integrals are expressed by elliptic integrals, as in [Derby2010] for the
-// sheet.
+// A body with uniform polarisation J has mu0 H = grad(J . grad Psi), where Psi is the Newtonian
+// potential of its volume, the integral of 1 / (4 pi distance). For a cylinder, all second
+// derivatives of Psi follow from three functions of an equivalent current sheet on its side: the
+// field components b_z and b_rho, and t = A_phi / rho. The third derivatives follow from these
+// functions and from current loops at the two ends. Near the axis and far away, azimuthal integrals
+// use the midpoint rule, which converges to rounding accuracy there, and differences between the
+// two ends are computed without cancellation. Elsewhere, azimuthal integrals are expressed by
+// elliptic integrals, as in [Derby2010] for the sheet.
 //
-// Let Phi be mu0 times the scalar potential. It is jointly homogeneous of degree 1 in the size s of
-// the body and the position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. If s
-// grows by ds, the body gains a layer of thickness y.n ds/s at each point y of its surface.
-// Therefore, s dPhi/ds is the dot product of J and the field of a surface charge density y.n. The
-// field of this charge on the end faces follows from the end terms of the sheet. That of the charge
-// on the side is expressed by complete elliptic integrals.
+// Let Phi be mu0 times the scalar potential. Phi is jointly homogeneous of degree 1 in the size s
+// of the body and the position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. If s
+// grows by ds, the body gains a layer of thickness y.n ds/s at each point y of its surface, where n
+// is the outward normal. Therefore, s dPhi/ds is the dot product of J and the field of a surface
+// charge density y.n. The field of this charge on the end faces follows from the end terms of the
+// sheet. That of the charge on the side is expressed by complete elliptic integrals.
 //
 // At points closer than 1e-12 radii to a surface, the field is the limit from outside. On a rim or
 // wire, the field is infinite. Points closer than 1e-12 radii to the side of a cylinder or

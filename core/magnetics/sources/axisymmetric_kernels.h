@@ -80,8 +80,8 @@ LOOMSTONE_INLINE void loop_gradient(double radius, double strength, const double
   }
 }
 
-// Current sheet on the side of a cylinder. Points on it count as outside if side = 1 and as inside
-// if side = -1.
+// Current sheet on the side of a cylinder. Points on the sheet count as outside if side = 1 and as
+// inside if side = -1.
 struct Sheet {
   double radius, height, side;      // radius and height [m]
   double length = height / radius;  // in radii
@@ -156,7 +156,8 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
   }
 }
 
-// Returns the potential of a ring of radius 1 with unit charge per length.
+// Returns the potential of a ring of radius 1 with unit charge per length, the integral of
+// 1 / (4 pi distance).
 template <class Lanes>
 LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);

@@ -229,7 +229,7 @@ Vec3 HarmonicSphere::moment() const {
 // the highest degree (an empirical factor). The sum is the last term times r / (1 - r). The ratio r
 // is the squared norm of the coefficients of the last degree divided by that of the degree before
 // it, because the contribution of a degree to the force is proportional to this square. If there is
-// only one degree, the error is its term.
+// only one degree, the error is the term of this degree.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

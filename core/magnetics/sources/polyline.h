@@ -11,7 +11,8 @@ class Polyline final : public Source {
  public:
   // `vertices` (n x 3) [m] are in order along the line. A positive current [A] flows from the first
   // to the last. The line is closed if the last vertex equals the first. The field is infinite on
-  // the wire, so distances from it in denominators are at least 1e-15 times the source's radius.
+  // the wire, so distances from the wire in denominators are at least 1e-15 times the source's
+  // radius.
   Polyline(Points vertices, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

@@ -84,8 +84,8 @@ Vector SphericalHarmonics::coefficients(const Vector& values) const {
   std::vector<double> p;
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    // This is twice the fraction of the sphere's area that a point represents. Coefficients with
-    // m > 0 need the factor 2; those with m = 0 are halved below.
+    // `weight` is twice the fraction of the sphere's area that a point represents. Coefficients
+    // with m > 0 need the factor 2; those with m = 0 are halved below.
     const double weight = weights_[ring] / turns_;
     for (int l = 1; l <= degree_; ++l) {
       result[slot(l, 0)] +=
