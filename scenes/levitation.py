@@ -50,8 +50,9 @@ def ring_mesh(sides: int = 64) -> ls.TriangleMesh:
 
 
 def balance(material: str = "superconductor", density: float = 6000.0) -> float:
-    """Returns the height above the centre of the ring at which a ball on the axis of the ring is
-    in equilibrium and stable along the axis [m]: the lowest such height above 4 mm.
+    """Returns the height above the centre of the ring [m] at which a ball on the axis of the ring
+    is in equilibrium and stable along the axis. Only heights above 4 mm count; if there are
+    several, returns the lowest.
     """
     ring = ls.magnetics.cylinder(**RING, polarization=(0, 0, 1.2))
     z = np.linspace(0.004, 0.03, 2000)

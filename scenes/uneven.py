@@ -115,7 +115,7 @@ def hat(triangles: int, fine: float) -> ls.TriangleMesh:
 def scene(
     triangles: int = 2304, fine: float = 0.003, bending: float = 1e-3, damping: float = 1e-5
 ) -> ls.Scene:
-    """fine: edge length of triangles at the tip [m]; with 0.00166, areas differ by up to 433:1.
+    """fine: edge length of triangles at the tip [m]; 0.00166 gives areas with ratios of up to 433.
     bending: rigidity [N m]; damping: damping of bending [s].
     """
     felt = ls.ClothMaterial(

@@ -47,7 +47,7 @@ def strain(
 ) -> NDArray[np.float64]:
     """Returns the co-rotational strain U - I [1] of each triangle, (m, 3): weft, warp and shear.
 
-    The shear e12 is half the engineering shear.
+    For small strains, the shear e12 is half the engineering shear.
 
     points : (n, 3) positions of the mesh vertices [m]
     rest : source of the rest lengths: "uv" (the pattern [m]) or "mesh"

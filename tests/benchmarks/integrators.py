@@ -5,11 +5,11 @@ over time as a plot, and pictures at one instant side by side (figures 4.1 and 4
     --plot integrators.png --pictures sheets.png]
     python tests/benchmarks/integrators.py --survive
 
-With --survive, the program instead finds, for symplectic Euler, explicit Euler and the linearised
-midpoint rule and for several lengths of the step, the least of several viscosities with which a
-run survives its whole duration. A run has not survived if it fails, or if its energy rises above
-its initial value by a tenth of the energy that the fall of the sheet releases. Without --survive,
-the plot shows failed runs up to their failure.
+With --survive, the program instead finds the least of several viscosities with which a run survives
+its whole duration. It does this for symplectic Euler, explicit Euler and the linearised midpoint
+rule, each with several lengths of the step. A run has not survived if it fails, or if its energy
+rises above its initial value by a tenth of the energy that the fall of the sheet releases. Without
+--survive, the plot shows failed runs up to their failure.
 """
 
 import argparse

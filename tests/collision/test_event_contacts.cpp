@@ -126,9 +126,9 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
 }
 
 TEST_CASE("at events, a vertex beside an edge of a face is pushed along the normal of the face") {
-  // The vertex is 1 mm above a point of the face that is 1 mm from one edge of the face. The two
-  // edges that end at the vertex are closest to that edge of the face at the vertex, at a distance
-  // of 1.4 mm, which is less than the thickness of 2 mm.
+  // The vertex is 1 mm above a point of the face that is 1 mm from one edge of the face. On both
+  // edges that end at the vertex, the vertex is the point closest to that edge of the face. Its
+  // distance of 1.4 mm from that edge is less than the thickness of 2 mm.
   Points corners(3, 3), above(3, 3);
   corners << 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0;
   above << 0.04, 0.001, 0.001, 0.03, 0.002, 0.05, 0.05, 0.002, 0.05;

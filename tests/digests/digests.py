@@ -1,6 +1,6 @@
 """Records hashes of the state after 45 steps of every case in cases.py, or compares them with the
 record. If names are given, takes only cases whose names contain one of them. If a step fails, the
-hash is that of the state before it.
+hash is that of the state before this step.
 
     python tests/digests/digests.py --compare [--threads 2] [names ...]
     mpirun -n 2 python tests/digests/digests.py --compare

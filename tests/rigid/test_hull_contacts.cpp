@@ -68,7 +68,7 @@ TEST_CASE("a box stands on a plane of triangles by its four corners, wherever th
 }
 
 TEST_CASE("a box that is slightly tilted has contacts at all its corners") {
-  // All of them are close enough to meet the plane while the box turns about the deepest one.
+  // All lower corners are close enough to meet the plane while the box turns about the deepest one.
   const ConvexPolyhedron hull = box_polyhedron(Vec3(0.05, 0.015, 0.01));
   std::mt19937 random(6);
   std::uniform_real_distribution<double> place(-0.2, 0.2);
@@ -405,8 +405,9 @@ TEST_CASE("a body that falls fast on another body stops at its surface and keeps
         run(world, state, step, 1, 0);
         least = std::min(least, state.positions(1, 2) - state.positions(0, 2) - 0.15);
       }
-      // Bullet's margin of a hull is up to 0.04 mm. Its depth of a sphere in a box is approximate:
-      // without contacts ahead of the motion, the sphere would sink by 6 mm with steps of 4 ms.
+      // Bullet's margin around a hull is up to 0.04 mm. The depth that Bullet finds for a sphere in
+      // a box is approximate: without contacts ahead of the motion, the sphere would sink by 6 mm
+      // in steps of 4 ms.
       CHECK(least > (round ? -2e-3 : -4e-5));
       CHECK(least < 2e-4);
       CHECK(m * state.velocities(0, 2) + n * state.velocities(1, 2) == Approx(-3.0 * n));

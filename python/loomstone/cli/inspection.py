@@ -25,7 +25,7 @@ from .facts import mesh_of
 __all__ = ["check_run", "check_scene", "describe", "print_source", "report_text"]
 
 # Printed names of losses of energy. Losses that are not listed are printed under their own names.
-# Certification takes energy where it resolves impacts, even if it withholds no motion.
+# Certification dissipates energy when it resolves impacts, even if it withholds no motion.
 LOSSES = {"withheld": "impacts and withheld motion"}
 
 

@@ -51,7 +51,7 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
     """Joins parts into one part; vertices that always coincide become one vertex.
 
     If the result is not a valid mesh, for example because boxes touch along an edge, only vertices
-    of the same part become one vertex.
+    of the same part are joined.
 
     names : names or paths of the parts that are used; None: all
 
@@ -74,7 +74,7 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
 
 
 def _path_named(path: Path, parts: list[Part], name: str) -> str:
-    """Returns the path of the part that has this name or, if there is none, this path.
+    """Returns the path of the part whose name or, if no part has this name, whose path is `name`.
 
     The first slash of the path may be left out. Parts of glTF can have equal paths.
     """

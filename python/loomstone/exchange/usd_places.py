@@ -1,8 +1,8 @@
 """Finds the visible meshes of a USD stage, including instanced ones, and their places.
 
 A place is a function from a time code to matrices (k x 4 x 4), one per instance, that map points
-(as rows) of the mesh to metres with z up. Instances are those of PointInstancer; instances of
-whole prims (instanceable) are meshes like any other.
+(as rows) of the mesh to metres with z up. An instance is one that a PointInstancer places. Meshes
+below instanceable prims count as separate meshes.
 """
 
 from __future__ import annotations

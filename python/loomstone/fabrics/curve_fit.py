@@ -12,7 +12,8 @@ per width is
 
 The shear limit is given as the component e12 of U - I, which is g / sqrt(4 + g^2) in a simple shear
 g. Tensile tests of the Kawabata system clamp a short and wide sample, and therefore measure E / (1
-- nu12 nu21) instead of E. The two are equal here, because fitted materials have nu = 0.
+- nu12 nu21) instead of E, where nu12 and nu21 are the Poisson ratios. The two are equal here,
+because the Poisson ratios of fitted materials are 0.
 """
 
 from __future__ import annotations

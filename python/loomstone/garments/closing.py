@@ -146,8 +146,7 @@ def _pulled(
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
     # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable.
-    # n is the number of springs that meet at one vertex of the pair or at the other, whichever is
-    # larger.
+    # n is the larger of the numbers of springs that meet at the two vertices of the pair.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

@@ -28,12 +28,11 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
     moments that cell_level() returns for a level add up to the moment of the magnet.
 
     Between two such bodies, force() and forces() sum over the cells that cell_front() returns. A
-    cell with longest edge e, unless it is a leaf, is only used at distances of at least
-    separation * e, which is eq. (6.19) with r_0 = separation / density^(1/3). field() sums over the
-    leaves. The force between two cubes of 8 x 8 x 8 cells is 39 % too large in contact, and 4 % too
-    large at a gap of a twentieth of their size. Raises InvalidInput for currents, dipoles and
-    induced bodies, density <= 0, separation < 1, and density * volume of the bounding box >
-    4,000,000.
+    cell that is not a leaf is only used at distances of at least `separation` times its longest
+    edge, which is eq. (6.19) with r_0 = separation / density^(1/3). field() sums over the leaves.
+    The force between two cubes of 8 x 8 x 8 cells is 39 % too large in contact, and 4 % too large
+    at a gap of a twentieth of their size. Raises InvalidInput for currents, dipoles and induced
+    bodies, density <= 0, separation < 1, and density * volume of the bounding box > 4,000,000.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))

@@ -64,8 +64,8 @@ def irregular(
 ) -> TriangleMesh:
     """Rectangle with an unstructured mesh of `triangles` triangles.
 
-    There is one triangle fewer if the parity of the number of boundary points requires it. There
-    are more in a narrow rectangle whose boundary points alone require them.
+    There is one triangle fewer if the parity of the number of boundary points requires it. A narrow
+    rectangle has more triangles if its boundary points alone make more than `triangles`.
 
     size : width and height [m]
     seed : seed of the random initial points

@@ -26,7 +26,7 @@ def relaxed(
     """Returns an unstructured mesh within a convex outline.
 
     outline : (b x 2) points that stay fixed: those of the outline, and possibly others inside [m]
-    depth : function that returns a lower bound of the distance of points from the boundary of the
+    depth : function that returns a lower bound on the distance of points from the boundary of the
         region where interior points start [m], negative outside the region
     box : width and height of a box about the origin that contains the outline [m]
     edge : target edge length [m]

@@ -16,8 +16,8 @@ _OF_PICTURES = {"options.json", "unfinished-options.json"}
 def leftovers(directory: Path) -> set[str]:
     """Returns the names of the entries of a directory that are left from a run that saved nothing.
 
-    There are none if the directory has a run.vtkhdf. If it has a run.vtkhdf.part, its bodies.vtkhdf
-    and a directory frames/ with the options of pictures, but no pictures, are among them.
+    There are none if the directory has a run.vtkhdf. If it has a run.vtkhdf.part, they include
+    bodies.vtkhdf, and a directory frames/ that has the options of pictures but no pictures.
     """
     if (directory / "run.vtkhdf").exists():
         return set()

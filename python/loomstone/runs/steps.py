@@ -27,7 +27,7 @@ __all__ = [
 def _read(path: Path) -> tuple[list[str], list[list[str]]]:
     """Returns the header and the rows of a steps.csv.
 
-    Raises CacheError unless it is a table of numbers whose steps follow one another, with whole
+    Raises CacheError unless it is a table of numbers with consecutive step numbers, and with whole
     numbers in the columns of integer quantities.
     """
     header, rows = read_table(path, "step")

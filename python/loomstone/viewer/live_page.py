@@ -25,8 +25,8 @@ _RATE = 30.0
 # Largest number of updates of the field lines per second [1/s]. Tracing the lines can take longer
 # than a step.
 _LINE_RATE = 4.0
-# If the simulation lags behind real time by more than this [s], it is shown in slow motion. It
-# makes up for smaller delays.
+# If the simulation lags behind real time by more than this [s], the page shows slow motion. The
+# simulation catches up with smaller delays.
 _DELAY = 0.05
 
 

@@ -18,7 +18,7 @@ TIMES = np.linspace(0.0, 1.0, 21)  # times of all scripts [s]
 class Mixture:
     """The parts of a scene, and the words that describe it."""
 
-    size: float  # [m] upper bound of the sides of the sheets
+    size: float  # [m] upper bound on the sides of the sheets
     cloths: list[ls.Cloth] = field(default_factory=list)
     obstacles: list[ls.Obstacle] = field(default_factory=list)
     bodies: list[ls.RigidBody] = field(default_factory=list)
@@ -213,7 +213,7 @@ def attach(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def random_mixture(random: np.random.Generator) -> tuple[str, float, ls.Scene]:
-    """Returns a description, an upper bound of the sheets' sides [m] and the scene."""
+    """Returns a description, an upper bound on the sheets' sides [m] and the scene."""
     mixture = Mixture(between(random, 0.02, 1.0))
     add_cloths(random, mixture)
     add_obstacles(random, mixture)

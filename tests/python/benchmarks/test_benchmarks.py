@@ -31,7 +31,7 @@ def smoke(command: list[str], directory: Path) -> None:
     done = subprocess.run(
         [*command, "--smoke"], cwd=directory, env=environment, capture_output=True, text=True
     )
-    if done.returncode == 77:  # something that it needs is missing
+    if done.returncode == 77:  # something that the program needs is missing
         pytest.skip(done.stderr.strip().splitlines()[-1])
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.strip() or list(directory.iterdir()), "it has printed or written something"

@@ -58,8 +58,7 @@ def test_free_spheres_follow_their_table_with_second_order(case):
     coarse, fine, finest = (errors_after(case, n) for n in (500, 1000, 8000))
     for k in range(2):
         assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
-    # Second order predicts an error 64 times smaller than with 1,000 steps. The factor 1.5 is a
-    # margin.
+    # Second order predicts 1/64 of the error with 1,000 steps. The factor 1.5 is a margin.
     assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
     assert finest[0] < 1e-7
 

@@ -22,8 +22,8 @@ def lattice(n):
 @pytest.mark.parametrize(
     ("name", "m1", "m2", "force", "torque1", "torque2"),
     [
-        # m2 is at +x of m1. The numbers are the signs of the force on m2 along x and y, and of the
-        # torques on m1 and m2 about z.
+        # m2 lies in direction +x from m1. The numbers are the signs of the force on m2 along x and
+        # y, and of the torques on m1 and m2 about z.
         ("A1, side by side, parallel: repelled", (0, 1, 0), (0, 1, 0), (1, 0), 0, 0),
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
         ("B1, in line, parallel: attracted", (1, 0, 0), (1, 0, 0), (-1, 0), 0, 0),

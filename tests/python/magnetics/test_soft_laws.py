@@ -89,7 +89,7 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     """Compares the catalogue's flux densities and pulls with those computed for blocks with a
-    polarisation of 1.24 T, and the computed pull on the scene's plate with that of an image magnet.
+    polarization of 1.24 T, and the computed pull on the scene's plate with that of an image magnet.
     The catalogue's pulls deviate more than its flux densities.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
@@ -298,7 +298,7 @@ def test_ideal_iron_saturates(chi):
         assert M.MU0 * induced.moment[1] / volume == pytest.approx(wanted, rel=1e-4)
         (induced,) = M.induce(box, field=(0, field, 0)).bodies
         # Before it saturates, a cube of very high susceptibility has a demagnetisation factor below
-        # 1/3, so its mean polarisation exceeds 3 times the field.
+        # 1/3, so its mean polarization exceeds 3 times the field.
         mean = M.MU0 * induced.moment[1] / box.volume
         assert min(3 * field, saturation * (1 - 1e-6)) < mean <= saturation * (1 + 1e-6)
 

@@ -63,7 +63,7 @@ def test_an_image_that_covers_the_cloth_once_does_not_wrap_at_the_border():
     halves[:4, :, 0], halves[4:, :, 2] = 255, 255
     once, repeated = (drawn(ls.Look(texture=halves, texture_width=w))[:, 48] for w in (0, 0.5))
     assert (once[1:40, 0] > 2 * once[1:40, 2]).all() and (once[56:95, 2] > once[56:95, 0]).all()
-    assert repeated[1, 0] < 2 * repeated[1, 2]  # the last row of the image shines through
+    assert repeated[1, 0] < 2 * repeated[1, 2]  # blended with the image's last row
 
 
 def seen_on_floor(floor, x, y):

@@ -26,7 +26,7 @@ def control(sim):
     while sim.step_index == 25 and not os.path.exists("go"):  # three frames are written
         time.sleep(0.01)
 """
-# Program that starts a child process that outlives it, and then kills itself with SIGKILL.
+# Program that starts a child process and then kills itself with SIGKILL. The child survives.
 MORTAL = """
 import os, signal, time
 import loomstone as ls

@@ -1,4 +1,4 @@
-"""Linear iterations of cloth at rest and in slow motion. Cloth at rest stays at rest."""
+"""Linear iterations for cloth that is at rest or moves slowly. Cloth at rest stays at rest."""
 
 import loomstone as ls
 import numpy as np

@@ -364,9 +364,9 @@ def test_a_vertex_away_from_its_point_on_a_body_is_not_thrown_back_in_short_step
 
 
 # At a stretch of 3, a membrane is estimated to be 13 times as stiff as at rest, or 17 times if it
-# is stretched along both axes. By this estimate, the stable step is 3.6 or 4.1 times shorter than
-# at rest. The automatic step is half the stable step at rest. With a margin of a tenth, it must be
-# divided into three parts.
+# is stretched along both axes. By this estimate, the stable step is shorter than at rest by a
+# factor of 3.6 or 4.1. The automatic step is half the stable step at rest. With a margin of a
+# tenth, it must be divided into three parts.
 @pytest.mark.parametrize(("poisson", "n_axes"), [(0.0, 1), (0.9, 2), (-0.5, 2)])
 def test_automatic_explicit_steps_follow_the_stiffness_of_stretched_cloth(
     poisson: float, n_axes: int

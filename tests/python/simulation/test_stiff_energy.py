@@ -38,7 +38,8 @@ def test_a_spinning_strip_gains_nothing(step):
         integrator=ls.SemiImplicitEuler() if step is None else ls.SemiImplicitEuler(step=step),
         threads=1,
     )
-    # Errors of solves with the tolerance alone would add 0.057 (automatic) and 0.164 (10 ms).
+    # If all solves had the default tolerance, the balance would be larger by 0.057 (automatic
+    # steps) or 0.164 (10 ms).
     assert largest_balance(sim, 2.0) < 0.0205
 
 
@@ -74,7 +75,7 @@ def pendulum():
 
 def test_a_pendulum_on_a_stiff_strip_gains_nothing():
     sim = ls.Simulation(pendulum(), threads=1)
-    # Errors of solves with the tolerance alone would add 0.17.
+    # If all solves had the default tolerance, the balance would be larger by 0.17.
     assert largest_balance(sim, 1.2) < 0.0205
 
 
@@ -90,7 +91,7 @@ def test_a_far_moving_obstacle_does_not_add_energy(step):
         integrator=ls.SemiImplicitEuler(step=step),
         threads=1,
     )
-    # With parts of at least a quarter of the step, the gain would be 0.12 and 0.14.
+    # If parts were at least a quarter of a step, the balance would be 0.12 (4 ms) or 0.14 (10 ms).
     assert largest_balance(sim, 0.4) < 0.0205
 
 

@@ -15,9 +15,9 @@ SCHEMES = [ls.ImplicitMidpoint, ls.BDF2]
     ("step", "lost"), [(10e-3, 1e-2), (4e-3, 5e-3), (1e-3, 5e-4), ("auto", 5e-4)]
 )
 def test_a_stiff_sheet_keeps_its_angular_momentum(scheme, fabric, axis, step, lost):
-    # With the stress at the start of the step in the geometric stiffness, a sheet would lose up to
-    # 0.75 of its angular momentum in steps of 10 ms, 0.27 in steps of 4 ms and 0.007 in steps of
-    # 1 ms.
+    # If the geometric stiffness used the full stress at the start of the step, a sheet would lose
+    # up to 0.75 of its angular momentum in steps of 10 ms, 0.27 in steps of 4 ms and 0.007 in steps
+    # of 1 ms.
     mesh, material = ls.grid(size=(0.3, 0.3), cells=(10, 10)), ls.fabrics[fabric]
     masses, spin = vertex_masses(mesh, material.density), 2.0 * np.array(axis)  # [kg], [1/s]
     velocities = np.cross(spin, mesh.vertices)

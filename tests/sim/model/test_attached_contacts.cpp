@@ -40,7 +40,8 @@ Scene strip_on_box(double gap, double stiffness) {
   return scene;
 }
 
-// Largest contact distance of features of the lowest vertices with the box [m]; infinity: as usual.
+// Largest contact distance [m] between the box and features of the strip's attached vertices.
+// Infinity means the usual contact distance.
 double contact_distance_at_box(double gap) {
   Model model;
   State state;

@@ -277,7 +277,7 @@ TEST_CASE("certification accounts for the energy of a sheet that it stops") {
   Obstacle floor;
   floor.mesh = share(floor_square(2.0, 4).moved(Vec3(0, 0, -5.5e-3)));
   scene.obstacles.push_back(floor);
-  // With an explicit scheme, impulses stop the sheet. The energy that they take from it is part of
+  // With an explicit scheme, impulses stop the sheet. The energy that they dissipate is part of
   // account.withheld.
   Simulation sim(scene, step_of(1e-3, "symplectic-euler"), 1);
   const double start = sim.report().energy.kinetic;
@@ -318,9 +318,9 @@ TEST_CASE("a floor that rises works against the weight of a box") {
   scene.obstacles.push_back(floor);
   Simulation sim(scene, step_of(1e-3), 1);
   while (sim.time() < 1.1) sim.step();
-  // The floor starts suddenly at v = 0.1 m/s, which takes the work m v^2 = 0.01 J. Half of it
-  // becomes kinetic energy, and half is lost. The other term is the work against the weight over
-  // 0.09 m.
+  // The floor starts suddenly at v = 0.1 m/s, which requires the work m v^2 = 0.01 J. Half of this
+  // work becomes kinetic energy, and half is lost. The other term is the work against the weight
+  // over 0.09 m.
   CHECK(sim.report().account.scripts == Approx(9.81 * 0.09 + 0.01).epsilon(0.02));
 }
 

@@ -231,7 +231,7 @@ TEST_CASE("the account has the work against friction at events, which is none wh
   v.col(0).setConstant(1.0);
   slides.set_velocities(v);
   for (int i = 0; i < 200; ++i) slides.step();
-  // Friction stops the sheet. The tolerance allows for the energy that the first impulses take.
+  // Friction stops the sheet. The tolerance allows for losses in the first impulses.
   CHECK(slides.report().account.friction == Approx(0.5 * mass).epsilon(0.01));
   // The slope of 0.15 is less than the coefficient of friction.
   scene.gravity = Vec3(0.15 * 9.7, 0, -9.7);

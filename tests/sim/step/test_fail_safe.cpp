@@ -134,7 +134,7 @@ TEST_CASE(
     "plates that leave the cloth room never make it intersect, at any gap and with or without "
     "rotation") {
   for (const bool turning : {false, true})
-    // Only the first gap exceeds the contact thickness.
+    // Only the first gap exceeds the contact distance.
     for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {
@@ -278,7 +278,7 @@ TEST_CASE(
   }
   CHECK(same(sim.checkpoint(), resumed.checkpoint()));
   CHECK(sim.intersecting_pairs().empty());
-  CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests one contact thickness above the floor
+  CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests one contact distance above the floor
   CHECK(sim.positions().bottomRows(36).col(2).maxCoeff() < 2.2e-3);
   // The sheet that hangs from its corners has caught the ball half-way to the floor.
   CHECK(sim.body_centres()(0, 2) > 0.04);

@@ -180,7 +180,7 @@ TEST_CASE(
       CHECK(worst(sim.report()) <= limit_margin(0.05));
       CHECK(sim.intersecting_pairs().empty());
       // The ball stops only the middle of the sheet, so most of the mean speed must remain. The
-      // bound for the faster sheet is lower, because this sheet moves further in the first step.
+      // bound for the faster sheet is lower, because this sheet moves farther in the first step.
       if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
       if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
     }

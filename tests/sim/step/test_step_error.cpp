@@ -170,7 +170,7 @@ TEST_CASE(
       CHECK(time_to_bottom(1e4, 0.3, step_of(h, method)) == Approx(exact).epsilon(0.03));
       CHECK(time_to_bottom(1e5, 0.03, step_of(h, method)) == Approx(exact).epsilon(0.03));
     }
-  // Without a bound on the error, a stiff sheet moves in slow motion.
+  // Without a bound on the error, a stiff sheet swings too slowly.
   CHECK(time_to_bottom(1e5, 0.03, step_with(4e-3, std::nullopt)) > 1.5 * exact);
 }
 

@@ -204,7 +204,7 @@ def count_folds(mesh: TriangleMesh, positions: Floats) -> int:
     rim = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-6)
     rim = rim[np.argsort(np.arctan2(mesh.vertices[rim, 1], mesh.vertices[rim, 0]))]
     radius = np.linalg.norm(positions[rim, :2], axis=1)
-    start = int(radius.argmin())  # the minimum: a peak at the start would be split
+    start = int(radius.argmin())  # the minimum, because a peak at the start would be split
     peaks, _ = find_peaks(np.append(np.roll(radius, -start), radius[start]), prominence=3e-3)
     return len(peaks)
 
