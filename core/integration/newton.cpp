@@ -366,7 +366,7 @@ class NewtonIntegrator final : public Integrator {
           solver_.solve(step.team, step.layout, system, correction_, memory_, Unchanged::Nothing);
       report.linear_iterations += solved.iterations;
       return true;
-    } catch (const SolverFailure&) {
+    } catch (const StepFailure&) {
       if (kind == JacobianKind::Exact) return false;
       throw;
     }

@@ -74,7 +74,7 @@ TEST_CASE("a matrix that is not finite is refused") {
         std::numeric_limits<double>::infinity();
     system.matrix.block_map(system.matrix.find(13, 12))(1, 0) =
         std::numeric_limits<double>::infinity();
-    CHECK_THROWS_AS(solve(system, method), SolverFailure);
+    CHECK_THROWS_AS(solve(system, method), StepFailure);  // a shorter step may be finite
   }
 }
 
