@@ -121,7 +121,7 @@ void bind_limits(py::module_& m) {
         py::arg("rest") = "uv", py::arg("threads") = 0,
         "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, "
         "3) [m]. Returns (m, 3): weft,\n"
-        "warp and shear e12, which is half the engineering shear. rest: source of the rest "
+        "warp and shear e12, half the engineering shear at small strains. rest: source of the rest "
         "lengths: \"uv\" (the pattern\n"
         "[m]) or \"mesh\" (the mesh itself).");
   m.def(

@@ -87,7 +87,8 @@ struct SolverReport {
                            field("linear_iterations", &R::linear_iterations, "1", unlimited(),
                                  "iterations of the linear solver, summed over Newton iterations"),
                            field("residual", &R::residual, "1", unlimited(),
-                                 "relative residual of the last linear solve"),
+                                 "relative residual of the last linear solve; Newton schemes: of "
+                                 "the nonlinear equations"),
                            field("events", &R::events, "1", unlimited(),
                                  "events of the membrane's triangles in asynchronous steps"),
                            field("synchronous_events", &R::synchronous_events, "1", unlimited(),

@@ -69,7 +69,7 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
       fail<Unsupported>(
           "{}: with a circuit, bodies must magnetise linearly and mutually, got magnets[{}] with "
           "{}; leave that out, or prescribe the currents of the coil",
-          where, k, magnet.saturation > 0.0 ? "a saturation" : "the explicit response");
+          where, k, magnet.saturation > 0.0 ? "saturation" : "the explicit response");
     require(coil.inductance > 0.0,
             "{}.inductance must be > 0 [H] together with bodies that magnetise, got {}; give that "
             "of the winding in air",

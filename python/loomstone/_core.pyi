@@ -320,7 +320,7 @@ class SolverReport:
     @property
     def residual(self) -> float:
         """
-        relative residual of the last linear solve [1]
+        relative residual of the last linear solve; Newton schemes: of the nonlinear equations [1]
         """
     @property
     def synchronous_events(self) -> int:
@@ -1639,7 +1639,7 @@ class StrainLimit:
     ---------------------
     weft : largest strain along weft [1]; >= 0; default inf
     warp : largest strain along warp [1]; >= 0; default inf
-    shear : largest shear strain e12 (half the engineering shear) [1]; >= 0; default inf
+    shear : largest shear strain e12 (half the engineering shear at small strains) [1]; >= 0; default inf
     weft_min : smallest strain along weft; -1: unlimited compression [1]; in [-1, 0]; default -1.0
     warp_min : smallest strain along warp; -1: unlimited compression [1]; in [-1, 0]; default -1.0
     shear_min : smallest shear strain e12; None: -shear [1]; <= 0
@@ -1695,7 +1695,7 @@ class StrainLimit:
     @property
     def shear(self) -> float:
         """
-        largest shear strain e12 (half the engineering shear) [1]; >= 0; default inf
+        largest shear strain e12 (half the engineering shear at small strains) [1]; >= 0; default inf
         """
     @property
     def shear_min(self) -> float | None:
@@ -4625,7 +4625,7 @@ def corotational_strain(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]. Returns (m, 3): weft,
-    warp and shear e12, which is half the engineering shear. rest: source of the rest lengths: "uv" (the pattern
+    warp and shear e12, half the engineering shear at small strains. rest: source of the rest lengths: "uv" (the pattern
     [m]) or "mesh" (the mesh itself).
     """
 

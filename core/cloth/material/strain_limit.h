@@ -1,7 +1,7 @@
 // Strain limits of cloth and the options for enforcing them. Limits other than those of edges apply
 // to the co-rotational strain U - I with U = (F^T F)^(1/2). The components of this strain in
-// weft/warp axes are (e11, e22, e12). Shear limits bound e12, which is half the engineering shear;
-// see (3.3) of [Thomaszewski2010].
+// weft/warp axes are (e11, e22, e12). Shear limits bound e12, half the engineering shear at small
+// strains; see (3.3) of [Thomaszewski2010].
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ struct StrainLimit {
         field("weft", &L::weft, "1", most, "largest strain along weft"),
         field("warp", &L::warp, "1", most, "largest strain along warp"),
         field("shear", &L::shear, "1", most,
-              "largest shear strain e12 (half the engineering shear)"),
+              "largest shear strain e12 (half the engineering shear at small strains)"),
         field("weft_min", &L::weft_min, "1", between(-1.0, 0.0),
               "smallest strain along weft; -1: unlimited compression"),
         field("warp_min", &L::warp_min, "1", between(-1.0, 0.0),

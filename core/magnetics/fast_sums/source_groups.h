@@ -50,7 +50,7 @@ class SourceGroups {
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 
-// The charged faces of a magnet: those on which J.n, the normal component of the polarisation, is
+// The charged faces of a magnet: those on which J.n, the normal component of the polarization, is
 // not 0.
 class FaceGroups final : public SourceGroups {
  public:

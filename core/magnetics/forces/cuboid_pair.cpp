@@ -1,6 +1,6 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/|R|, the force on cuboid 2 is
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum_corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
-// J1 and J2 are the polarisations, and d_i is the derivative along axis i. R is the arm, the vector
+// J1 and J2 are the polarizations, and d_i is the derivative along axis i. R is the arm, the vector
 // (x, y, z) from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the products of the
 // signs of the coordinates of these two corners, each relative to the centre of its cuboid. For the
 // moment of F_k about the centre of cuboid 2 with the lever along axis a, y_a T - U replaces T.
@@ -120,7 +120,7 @@ LOOMSTONE_INLINE void add_term(const Corners<Lanes>& c, Term t, Lanes* forces, L
 }
 
 // Half edge lengths a of cuboid 1 and b of cuboid 2 [m], vector d from the centre of 1 to that of 2
-// [m], and polarisations [T], all in the axes of cuboid 1.
+// [m], and polarizations [T], all in the axes of cuboid 1.
 struct CuboidPair {
   Vec3 a, b, d, j1, j2;
 };

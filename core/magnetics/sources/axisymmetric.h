@@ -1,7 +1,7 @@
 // Axisymmetric sources about the z axis: circular current loops, solenoids (cylindrical current
 // sheets), and cylinder and ring magnets.
 //
-// A body with uniform polarisation J has mu0 H = grad(J . grad Psi), where Psi is the Newtonian
+// A body with uniform polarization J has mu0 H = grad(J . grad Psi), where Psi is the Newtonian
 // potential of its volume, the integral of 1 / (4 pi distance). For a cylinder, all second
 // derivatives of Psi follow from three functions of an equivalent current sheet on its side: the
 // field components b_z and b_rho, and t = A_phi / rho. The third derivatives follow from these
@@ -74,7 +74,7 @@ class Solenoid final : public Source {
 
 class Cylinder final : public Source {
  public:
-  // The cylinder |z| <= height / 2, inner_radius <= rho <= radius [m] with polarisation J [T].
+  // The cylinder |z| <= height / 2, inner_radius <= rho <= radius [m] with polarization J [T].
   Cylinder(double radius, double height, const Vec3& polarization, double inner_radius = 0.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

@@ -109,7 +109,7 @@ LOOMSTONE_INLINE SheetPoint<Lanes> sheet_point(const double* points, Index n, In
   return s;
 }
 
-// Field of a cylinder with polarisation j: B if `jump` is 0, and mu0 H if `jump` is j. `jump` is
+// Field of a cylinder with polarization j: B if `jump` is 0, and mu0 H if `jump` is j. `jump` is
 // subtracted inside the cylinder.
 template <class Lanes>
 LOOMSTONE_INLINE void cylinder_field(Sheet sheet, const double* j, const double* jump,

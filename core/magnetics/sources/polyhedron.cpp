@@ -50,7 +50,7 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
       h.z += e[9] * log;
     }
     // The solid angles of all faces sum to -4 pi inside and to 0 outside. j is added inside: it is
-    // the polarisation for B, and 0 for mu0 H.
+    // the polarization for B, and 0 for mu0 H.
     const MaskOf<Lanes> inside = around < -2.0 * pi;
     lanes_store(out + i, h.x + lanes_select(inside, lanes_all<Lanes>(j[0]), Lanes{}));
     lanes_store(out + n + i, h.y + lanes_select(inside, lanes_all<Lanes>(j[1]), Lanes{}));

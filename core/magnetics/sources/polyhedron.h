@@ -72,7 +72,7 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if J is not finite
+  // The polarization J [T] is given in the axes of the mesh. Throws InvalidInput if J is not finite
   // or if the mesh is open, is inside out or encloses a volume below 1e-12 radius()^3.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
@@ -85,7 +85,7 @@ class MeshMagnet final : public Polyhedron {
 
 class Cuboid final : public Polyhedron {
  public:
-  // A cuboid with edge lengths `size` [m], centred at the origin, with polarisation J [T].
+  // A cuboid with edge lengths `size` [m], centred at the origin, with polarization J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
   double depth(const Vec3& point) const override;
   std::optional<UniformCuboid> uniform_cuboid() const override {

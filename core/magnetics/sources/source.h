@@ -23,7 +23,7 @@ using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 // xx, xy, xz, yy, yz, zz.
 inline constexpr Index points_per_block = 128;
 
-// B or mu0 H. Inside a magnet of polarisation J, B = mu0 H + J.
+// B or mu0 H. Inside a magnet of polarization J, B = mu0 H + J.
 enum class Quantity { flux_density, mu0_field_strength };
 
 class CellMagnet;

@@ -8,7 +8,7 @@ namespace loomstone {
 
 class Sphere final : public Source {
  public:
-  Sphere(double radius, const Vec3& polarization);  // radius [m], polarisation J [T]
+  Sphere(double radius, const Vec3& polarization);  // radius [m], polarization J [T]
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   void potential_block(const double* points, Index n, double* potential) const override;

@@ -207,7 +207,7 @@ def test_the_feet_of_the_walking_figure_do_not_slide_and_touch_no_obstacle():
         lowest = sole[..., 2] < heights[:, None] + 0.001
         slides = np.where(lowest[:-1], np.linalg.norm(np.diff(sole[..., :2], axis=0), axis=2), 0.0)
         both = stands[1:] & stands[:-1]
-        assert both.mean() > 0.4, "a foot stands for more than a third of the time"
+        assert both.mean() > 0.4, "a foot stands for more than 40 % of the time"
         assert slides.max(axis=1)[both].sum() < 0.01  # [m], over all steps
     for moment in places[::25]:
         meshes = [(moment, figure.mesh.triangles)]
