@@ -161,7 +161,7 @@ void reduce_contacts(std::vector<HullContact>& contacts, double near,
   if (contacts.size() <= most_kept) return;
   Indices kept = Reduction(contacts, near, before).kept();
   std::ranges::sort(kept);
-  kept.erase(std::ranges::unique(kept).begin(), kept.end());
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
   std::vector<HullContact> reduced;
   for (const std::size_t k : kept) reduced.push_back(contacts[k]);
   contacts = std::move(reduced);
