@@ -83,7 +83,7 @@ class ApproachSearch {
   GatherRoom room_;
   std::vector<double> thickness_;    // largest thickness of the surface pairs of each surface [m]
   std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
-  Points x1_;                        // scratch: end of a step with faster_approach * v0 [m]
+  Points x1_;                        // scratch: positions after a step at faster_approach * v0 [m]
 };
 
 }  // namespace loomstone

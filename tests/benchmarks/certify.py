@@ -1,5 +1,5 @@
-"""Counts intersecting pairs over all frames of scenes with cloth, for several time steps and for
-starts whose coordinates are perturbed by up to 1e-6 m.
+"""Counts intersecting pairs of triangles over all frames of scenes with cloth, for several time
+steps and for start positions whose coordinates are perturbed by up to 1e-6 m.
 
     python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --rate 25 --runs 10
     --jobs 2 --out certify.csv]

@@ -151,8 +151,8 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
   NeighbourLists lists(scene.model, pairs, broad_phase, alone),
       nothing_listed(scene.model, pairs, other, alone, 0);
   lists.widen(1e-5);
-  // In the first 30 steps, one sheet moves to and fro, so that lists between the two sheets last
-  // for at most two steps. Lists within one sheet stay valid.
+  // In the first 30 steps, one of the two sheets moves to and fro, so that lists between them
+  // last for at most two steps. Lists within either sheet stay valid.
   const auto place = [&](int step) {
     Points x = scene.x;
     if (step < 30 && step % 2 == 1)

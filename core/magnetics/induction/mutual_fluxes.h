@@ -24,7 +24,8 @@ class MutualFluxes {
     double share;
     std::unique_ptr<const PanelClusters> on, by;
     std::unique_ptr<const ClusterPairs> pairs;
-    std::vector<std::vector<FluxMatrix>> near;  // matrix of each pair of near leaves [m^2]
+    // near[c][k]: matrix of leaf c of `on` and leaf pairs->near[c][k] of `by` [m^2]
+    std::vector<std::vector<FluxMatrix>> near;
   };
   RigidPose pose_;
   std::vector<Part> parts_;

@@ -1,6 +1,6 @@
-// Linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes, and the
-// surface charge that an applied field induces on them. Spheres use solid harmonics, for which the
-// response is exact. Cuboids, cylinders and meshes use boundary elements.
+// Magnetically linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes,
+// and the surface charge that an applied field induces on them. Spheres use solid harmonics, for
+// which the response is exact. Cuboids, cylinders and meshes use boundary elements.
 #pragma once
 
 #include <memory>

@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Smallest distance from the plane of a face at which the field is evaluated, and a lower bound of
-// the distances from edges and corners, in units of half the diagonal.
+// In units of half the diagonal. on_face: a point closer than this to the plane of a face is moved
+// to this distance; see across(). on_edge: distances from edges and corners that are smaller count
+// as this, which prevents divisions by zero.
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in

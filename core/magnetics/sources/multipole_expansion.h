@@ -21,7 +21,7 @@ class MultipoleExpansion {
   static constexpr int degree = 24;  // truncation error at `near` radii: of the order of 4^-25
 
   // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions must
-  // lie within `radius` [m] of the origin. The net charge counts as zero.
+  // lie within `radius` [m] of the origin. The net charge is taken to be zero.
   MultipoleExpansion(const Points& positions, const Vector& charges, double radius);
 
   // Returns the expansion of dipoles. `moments` (n x 3) are mu0 times dipole moments [T m^3].
@@ -39,7 +39,7 @@ class MultipoleExpansion {
 
   double radius_;
   // Coefficients of each component (real part, minus imaginary part) for l = 0 ... degree + 2,
-  // m = 0 ... l. Lengths are in units of the radius.
+  // m = 0 ... l. They multiply harmonics of positions in units of the radius.
   std::array<std::vector<double>, 3> field_;
   std::array<std::vector<double>, 6> gradient_;
 };

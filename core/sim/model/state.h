@@ -33,10 +33,10 @@ struct EnergyAccount {
 // The part of the state that steps change. If a step or a part of a step fails, the stepper
 // restores a copy that was made at the start of the step or part.
 struct SteppedState {
-  std::int64_t step = 0;   // completed steps; written by the stepper
-  double time = 0.0;       // [s]; written by the stepper
-  ClothState cloth;        // written by the integrator and by later stages
-  RigidState rigid;        // written by move_bodies() and certification; manifolds by the stepper
+  std::int64_t step = 0;  // completed steps; written by the stepper
+  double time = 0.0;      // [s]; written by the stepper
+  ClothState cloth;       // written by the integrator and by later stages
+  RigidState rigid;       // written by move_bodies() and certification; `manifolds`: by the stepper
   MagneticState magnetic;  // written by move_bodies()
   ContactState contacts;   // friction anchors, written by certification
   EnergyAccount account;   // written by the stepper; some user writes reset it

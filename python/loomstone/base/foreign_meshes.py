@@ -23,14 +23,14 @@ _IGNORED = ("vertex", "line", "line3")
 
 
 def converted(value: Any) -> TriangleMesh | None:
-    """Returns a trimesh.Trimesh or meshio.Mesh as TriangleMesh, or None for any other object.
+    """Returns a trimesh.Trimesh or meshio.Mesh as a TriangleMesh, or None for any other object.
 
     Vertices [m] keep their order. Polygons are split into triangles. Texture coordinates are left
     out, because the uv of a TriangleMesh are lengths [m].
 
     Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or polygons, with
-    curved triangles or quads, with a polygon whose outline crosses itself, or with triangles that
-    TriangleMesh rejects.
+    curved cells (such as triangle6 or quad8), with a polygon whose outline crosses itself, or with
+    triangles that TriangleMesh rejects.
     """
     classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
     if ("trimesh", "Trimesh") in classes:

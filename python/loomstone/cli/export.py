@@ -39,9 +39,9 @@ def export(
 ) -> None:
     """Writes a run for other programs, such as Blender and Houdini.
 
-    usd has points and poses over time, uv and materials; gltf has morph targets, animated nodes,
-    uv and materials; alembic has points and poses over time, uv and colours; pc2 and mdd have an
-    OBJ file for each surface, and a point cache for each that moves; obj and ply have a mesh file
+    usd stores points and poses over time, uv and materials; gltf morph targets, animated nodes, uv
+    and materials; alembic points and poses over time, uv and colours. pc2 and mdd consist of an OBJ
+    file for each surface, and a point cache for each surface that moves; obj and ply of a mesh file
     for each frame of a surface that moves, and one for each other surface. Lengths are in metres. z
     is up, except in gltf and alembic, which have y up.
 

@@ -219,7 +219,8 @@ def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
 def _worst(places: Floats, ring: Floats) -> Floats:
     """Rates trial positions (k x 2) of a vertex by the triangles around it.
 
-    Returns minus the largest cosine of their angles, or -2 if a triangle would be inverted or flat.
+    Returns, for each position, minus the largest cosine of their angles, or -2 if a triangle would
+    be inverted or flat.
     """
     first, last = ring[None, :, 0] - places[:, None], ring[None, :, 1] - places[:, None]
     across = (ring[:, 1] - ring[:, 0])[None]

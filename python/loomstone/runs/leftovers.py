@@ -16,8 +16,8 @@ _OF_PICTURES = {"options.json", "unfinished-options.json"}
 def leftovers(directory: Path) -> set[str]:
     """Returns the names of the entries of a directory that are left from a run that saved nothing.
 
-    There are none if the directory has a run.vtkhdf. If it has a run.vtkhdf.part, they include
-    bodies.vtkhdf, and a directory frames/ that has the options of pictures but no pictures.
+    These are PARTS and, if run.vtkhdf.part is among them, bodies.vtkhdf, and frames/ if it contains
+    the options of pictures but no pictures. There are none if the directory has a run.vtkhdf.
     """
     if (directory / "run.vtkhdf").exists():
         return set()

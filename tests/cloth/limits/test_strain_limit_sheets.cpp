@@ -18,7 +18,7 @@ StrainLimit limits_of(double weft, double warp, double shear) {
 
 TriangleMesh irregular() { return jittered_grid(1.0, 1.0, 20, 20, 0.2, 3); }
 
-// Sheet with non-uniform stretch, shear and waves.
+// Sheet with non-uniform stretch, shear and waves, which are proportional to `size`.
 Points deformed(const TriangleMesh& mesh, double size) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {
@@ -69,7 +69,7 @@ TEST_CASE("the active set gives the same bits as full sweeps with fewer evaluati
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.05, 0.1), {0});
   Points x = mesh.vertices();
-  for (Index i = 0; i < x.rows(); ++i)  // exceeds the limits in one corner only
+  for (Index i = 0; i < x.rows(); ++i)  // stretches one corner only beyond the limits
     if (x(i, 0) > 0.3 && x(i, 1) > 0.3) x(i, 0) += 0.3 * (x(i, 0) - 0.3);
   for (const char* method : {"gauss-seidel", "gauss-seidel-random", "jacobi", "edges"}) {
     const Result full = limited(cloth, x, sweeping(method, 1e-3, 2000, false)),

@@ -130,7 +130,8 @@ TEST_CASE(
       CHECK(coarse.stretch < 1.08 * fine.stretch);
       CHECK(coarse.gain < 0.02);
     }
-    // Without a bound on the error, steps of 4 ms stretch triangles by more than half their length.
+    // Without a bound on the error, steps of 4 ms stretch triangles to more than 1.5 times their
+    // rest lengths.
     CHECK(fall(towel(speed), step_with(4e-3, std::nullopt), 0.08).stretch > 1.5);
   }
 }
