@@ -82,13 +82,16 @@ class Reduction {
     return {first, second, third, fourth};
   }
 
-  // Returns whether no contact is deeper than the two triangles between the corners.
+  // Returns whether no contact is deeper than the two triangles between the corners. False if all
+  // corners lie on a line.
   bool lies_on(const Indices& corners) const {
     const Vec3 &first = at(corners[0]), line = at(corners[1]) - first;
+    bool has_area = false;
     for (const std::size_t apex : {corners[2], corners[3]}) {
       const Vec3 up = line.cross(at(apex) - first);
       const double area = up.squaredNorm();
-      if (area == 0.0) continue;
+      if (!(area > 1e-12 * line.squaredNorm() * line.squaredNorm())) continue;
+      has_area = true;
       for (const std::size_t k : all_) {
         const Vec3 x = at(k) - first;
         const double of_apex = line.cross(x).dot(up) / area;
@@ -100,7 +103,7 @@ class Reduction {
         if (contacts_[k].gap < between - margin_) return false;
       }
     }
-    return true;
+    return has_area;
   }
 
   // Adds the contacts farthest from those already chosen.
