@@ -246,7 +246,7 @@ class DirectSolver final : public LinearSolver {
     report.iterations = 1;
     const double b_norm = right_.norm();
     report.residual = b_norm > 0.0 ? std::sqrt(squared_residual) / b_norm : 0.0;
-    if (!std::isfinite(report.residual))
+    if (!std::isfinite(squared_residual))
       throw StepFailure(
           "linear solve: the matrix must be finite, got a solution with NaN or infinity (direct); "
           "check the forces and the step size");
