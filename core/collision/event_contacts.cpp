@@ -99,8 +99,53 @@ Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion
 
 Vec3 EventContacts::relative_velocity(const Event& event, const EventMotion& motion) const {
   Vec3 sum = Vec3::Zero();
-  for (int k = 0; k < 4; ++k) sum += event.weights[k] * velocity(event.vertices[k], event, motion);
-  return sum;
+  for (int k = 0; k < 4; ++k)
+    if (!(event.with_body >> k & 1u))
+      sum += event.weights[k] * velocity(event.vertices[k], event, motion);
+  if (event.with_body == 0) return sum;
+  const EventBody& body = bodies_[event.body].body;
+  return sum + event.body_weight * body.velocity +
+         body.angular_velocity.cross(event.body_moment - event.body_weight * body.pose.position);
+}
+
+bool EventContacts::attached(Index vertex, Index body) const {
+  const Index surface = model_.attached[vertex].surface;
+  return surface >= 0 && model_.surfaces[surface].body == body;
+}
+
+// Sets Event::with_body, body_weight and body_moment. If the pair contains no vertex of a body, but
+// one that is attached to a body, also sets Event::body.
+void EventContacts::find_with_body(const FourPoints& points, Event& event) const {
+  event.with_body = 0, event.body_weight = 0.0, event.body_moment = Vec3::Zero();
+  if (model_.attached.empty() || bodies_.empty()) return;
+  bool any = false;
+  for (const Index i : event.vertices) {
+    const Index surface = model_.attached[i].surface;
+    if (event.body < 0 && surface >= 0) event.body = model_.surfaces[surface].body;
+    any |= event.body >= 0 && attached(i, event.body);
+  }
+  if (!any) return;
+  for (int k = 0; k < 4; ++k) {
+    const Index i = event.vertices[k];
+    if (body_of(i) != event.body && !attached(i, event.body)) continue;
+    event.with_body |= 1u << k;
+    event.body_weight += event.weights[k];
+    event.body_moment += event.weights[k] * points[k];
+  }
+}
+
+// Returns the change of the normal velocity of a pair per unit impulse [1/kg].
+double EventContacts::inverse_mass_of(const Event& event) const {
+  double sum = 0.0;
+  for (int k = 0; k < 4; ++k)
+    if (!(event.with_body >> k & 1u))
+      sum += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
+  if (event.body < 0) return sum;
+  const EventBody& body = bodies_[event.body].body;
+  if (event.with_body == 0) return sum + body.inverse_mass_at(event.touched, event.normal);
+  const Vec3 arm = (event.body_moment - event.body_weight * body.pose.position).cross(event.normal);
+  return sum + event.body_weight * event.body_weight / body.mass +
+         arm.dot(body.world_inertia(body.pose.orientation).inverse() * arm);
 }
 
 EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& points) {
@@ -136,12 +181,24 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
     event.body = body;
     event.touched += std::abs(event.weights[k]) * points[k];
   }
+  find_with_body(points, event);
   if (event.at_end || !(event.distance < event.thickness)) return event;
-  for (int k = 0; k < 4; ++k)
-    event.inverse_mass += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
-  if (event.body >= 0)
-    event.inverse_mass += bodies_[event.body].body.inverse_mass_at(event.touched, event.normal);
+  event.inverse_mass = inverse_mass_of(event);
   return event;
+}
+
+// Returns the largest weight with which something can move the features of a pair apart: the free
+// vertices of either feature, or the body with its attached vertices. A pair regains its thickness
+// at a speed in proportion to this weight. At the same speed for all pairs, free vertices with
+// small weights would be thrown. 1 if no vertex is attached to a body of the pair.
+double EventContacts::movable(const Event& event, Index pair) const {
+  if (event.with_body == 0) return 1.0;
+  const int n_a = pairs_[pair].kind == ContactKind::VertexFace ? 1 : 2;
+  std::array<double, 2> free{};
+  for (int k = 0; k < 4; ++k)
+    if (!(event.with_body >> k & 1u) && inverse_mass_[event.vertices[k]] > 0.0)
+      free[k < n_a ? 0 : 1] += std::abs(event.weights[k]);
+  return std::min(1.0, std::max({free[0], free[1], std::abs(event.body_weight)}));
 }
 
 // Applies an impulse with friction, so that the pair stops approaching and slowly regains its
@@ -152,7 +209,7 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   if (missing <= 0.0 || !(event.inverse_mass > 0.0)) return false;
   const Vec3 velocity = relative_velocity(event, motion);
   const double along = event.normal.dot(velocity);
-  const double lack = restored * missing / motion_->step - along;
+  const double lack = movable(event, pair) * restored * missing / motion_->step - along;
   if (lack <= 0.0) return false;
   Vec3 change = lack * event.normal;
   const Vec3 sliding = velocity - along * event.normal;
@@ -166,26 +223,32 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   // is subtracted.
   Vec3 kick = Vec3::Zero();
   for (int k = 0; k < 4; ++k)
-    if (event.vertices[k] < motion.v.rows())
+    if (event.vertices[k] < motion.v.rows() && !(event.with_body >> k & 1u))
       kick += event.weights[k] * motion.kick(event.vertices[k]);
   work_.friction +=
       stopped * sliding.dot((1.0 - 0.5 * stopped) * sliding - 0.5 * kick) / event.inverse_mass;
   add_work(event, change / event.inverse_mass, motion);
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];
-    if (inverse_mass_[i] == 0.0) continue;
+    if (inverse_mass_[i] == 0.0 || event.with_body >> k & 1u) continue;
     const Vec3 own = event.weights[k] * inverse_mass_[i] / event.inverse_mass * change;
     motion.v.row(i) += own.transpose();
     motion.x.row(i) += motion.ahead(i) * own.transpose();
   }
   if (event.body < 0) return true;
   EventBody& body = bodies_[event.body].body;
+  body.touched = true;
+  if (event.with_body != 0) {
+    const Vec3 impulse = change / event.inverse_mass;
+    const Vec3 arm = event.body_moment - event.body_weight * body.pose.position;
+    body.push(event.body_weight * impulse, arm.cross(impulse));
+    return true;
+  }
   // The first feature, whose weights are positive, receives the impulse along `change`. The second
   // feature receives the opposite impulse.
   const bool first = body_of(event.vertices[0]) == event.body;
   const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
   body.push(impulse, (event.touched - body.pose.position).cross(impulse));
-  body.touched = true;
   return true;
 }
 

@@ -58,8 +58,13 @@ class EventContacts {
     double thickness;               // contact_distance() [m]
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // contact point on the body [m]
-    bool at_end;                    // true: two edges for which ClosestPair::interior is false
-    double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
+    // The vertices of the pair that move with the body, if some of them are attached to it: a bit
+    // for each, the sum of their weights, and the sum of weight times position [m]. Otherwise 0.
+    unsigned with_body;
+    double body_weight;
+    Vec3 body_moment;
+    bool at_end;      // true: two edges for which ClosestPair::interior is false
+    double to_cross;  // motion_to_cross() if `at_end`, otherwise 0 [m]
   };
   void begin_queue();
   // A rigid body at the start of the current tick, or at the current event of a queue.
@@ -74,6 +79,10 @@ class EventContacts {
   FourPoints points_of(Index pair, double time, const EventMotion& motion) const;
   Vec3 velocity(Index vertex, const Event& event, const EventMotion& motion) const;
   Vec3 relative_velocity(const Event& event, const EventMotion& motion) const;
+  bool attached(Index vertex, Index body) const;
+  void find_with_body(const FourPoints& points, Event& event) const;
+  double inverse_mass_of(const Event& event) const;
+  double movable(const Event& event, Index pair) const;
   Event evaluate(Index pair, const FourPoints& points);
   void place_bodies(const EventMotion& motion);
   void return_bodies(const EventMotion& motion) const;

@@ -38,7 +38,7 @@ struct VertexRows {
 // Contacts of a vertex, and of the edges and faces that contain it, with the surface to which the
 // vertex is attached.
 struct AttachedTo {
-  Index surface = -1;     // -1: contacts of the vertex are as usual
+  Index surface = -1;     // -1: the vertex is not attached
   double distance = 0.0;  // contact distance [m]; 0: the vertex does not collide with the surface
 
   bool excludes(Index other) const { return surface == other && distance == 0.0; }
@@ -52,7 +52,7 @@ struct CollisionModel {
   // surface.
   std::vector<CollisionSurface> surfaces;
   VertexRows rows;
-  // (n) Empty if no attachment changes a contact distance.
+  // (n) Empty if there are no attachments.
   std::vector<AttachedTo> attached;
   double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
   // Upper bound of gap_floor() (narrow_phase/continuous.h), the gap that certification keeps [m].

@@ -111,11 +111,11 @@ void build_attached_contacts(const State& state, Model& model) {
     const double usual =
         0.5 * (collision.surfaces[each.surface].thickness +
                collision.surfaces[collision.surface_of_vertex(each.vertex)].thickness);
-    if (distance >= usual || (of_vertex.surface >= 0 && of_vertex.distance <= distance)) continue;
-    of_vertex = {each.surface, distance < least_floors * collision.gap_floor ? 0.0 : distance};
+    if (of_vertex.surface >= 0 && of_vertex.distance <= distance) continue;
+    of_vertex = {each.surface,
+                 distance < least_floors * collision.gap_floor ? 0.0 : std::min(distance, usual)};
   }
-  if (std::ranges::any_of(attached, [](const AttachedTo& each) { return each.surface >= 0; }))
-    collision.attached = std::move(attached);
+  collision.attached = std::move(attached);
 }
 
 }  // namespace loomstone
