@@ -101,13 +101,8 @@ void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep, bool featu
 }
 
 bool BroadPhase::attached(ContactKind kind, PairKey key) const {
-  if (model_.attached.empty()) return false;
-  const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-  const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
-  for (int i = 0; i < 4; ++i)
-    if (model_.attached[v[i]].excludes(model_.surface_of_vertex(i < n_a ? v[3] : v[0])))
-      return true;
-  return false;
+  return !model_.attached.empty() &&
+         attached_distance(model_, kind, pair_vertices(model_, kind, key)) == 0.0;
 }
 
 struct BroadPhase::Task {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace loomstone {
 
@@ -21,9 +22,9 @@ std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
   return pairs;
 }
 
-double contact_distance(const CollisionModel& model, const SurfacePair& pair, ContactKind kind,
-                        const std::array<Index, 4>& vertices) {
-  double least = pair.thickness;
+double attached_distance(const CollisionModel& model, ContactKind kind,
+                         const std::array<Index, 4>& vertices) {
+  double least = std::numeric_limits<double>::infinity();
   if (model.attached.empty()) return least;
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
   const Index of_a = model.surface_of_vertex(vertices[0]),
@@ -33,6 +34,11 @@ double contact_distance(const CollisionModel& model, const SurfacePair& pair, Co
     if (attached.surface == (i < n_a ? of_b : of_a)) least = std::min(least, attached.distance);
   }
   return least;
+}
+
+double contact_distance(const CollisionModel& model, const SurfacePair& pair, ContactKind kind,
+                        const std::array<Index, 4>& vertices) {
+  return std::min(pair.thickness, attached_distance(model, kind, vertices));
 }
 
 }  // namespace loomstone
