@@ -7,10 +7,10 @@
 #include <utility>
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/base/message.h"
+#include "core/cache/hdf5_driver.h"
 #include "core/cache/hdf5_handles.h"
 
 namespace loomstone {
@@ -19,19 +19,18 @@ using namespace hdf5;
 
 namespace {
 
-// Returns access properties that disable file locking, because a viewer may read a run while it is
+// Returns access properties that do not lock files, because a viewer may read a run while it is
 // written, and because network file systems often refuse locks. With these properties, closing a
 // file also closes all its objects.
 hid_t file_access() {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  H5Pset_file_locking(access, false, true);
+  H5Pset_driver(access, journal_driver(), nullptr);
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
   return access;
 }
 
 // Number of chunk addresses per B-tree node. A node of this size contains all chunks of a typical
-// run, so nodes are rarely split. A split changes several nodes, and if the process is killed
-// during a split, the file may become unreadable.
+// run, so nodes are rarely split.
 constexpr unsigned chunks_per_node = 512;
 
 hid_t file_creation() {
@@ -66,7 +65,8 @@ Hdf5File::~Hdf5File() {
 void Hdf5File::cut_off() const {
   const Id access(H5Fget_access_plist(file_));
   void* handle = nullptr;
-  if (H5Pget_driver(access) != H5FD_SEC2 || H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle) < 0)
+  if (H5Pget_driver(access) != journal_driver() ||
+      H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle) < 0)
     return;
   const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   if (nowhere < 0) return;
@@ -129,19 +129,8 @@ void Hdf5File::rename_to(const std::string& path) {
   shared_->name = path;
 }
 
-// Extends the file to its full length before flushing. HDF5 may record the end of the file in the
-// superblock before allocated chunks exist, and a file that is shorter than recorded is unreadable.
 void Hdf5File::flush() {
   const Quiet quiet;
-  hsize_t length = 0;
-  void* handle = nullptr;
-  checked(H5Fget_filesize(file_, &length), shared_->name, "measure the file");
-  checked(H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle), shared_->name, "measure the file");
-  const int descriptor = *static_cast<int*>(handle);
-  struct stat status = {};
-  if (fstat(descriptor, &status) == 0 && static_cast<hsize_t>(status.st_size) < length &&
-      ftruncate(descriptor, static_cast<off_t>(length)) != 0)
-    fail<CacheError>("{}: could not lengthen the file: {}.", shared_->name, std::strerror(errno));
   checked(H5Fflush(file_, H5F_SCOPE_LOCAL), shared_->name, "write");
   shared_->unwritten = false;
 }

@@ -1,0 +1,246 @@
+#include "core/cache/hdf5_driver.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <iterator>
+#include <memory>
+#include <new>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#if H5_VERSION_GE(1, 14, 0)
+#include <H5FDdevelop.h>
+#endif
+
+#include "core/cache/hdf5_journal.h"
+
+namespace loomstone::hdf5 {
+
+namespace {
+
+// HDF5 writes metadata (the superblock, headers and indices of datasets) many times between two
+// flushes and in no particular order. Therefore, metadata stays in `pending` until the flush. Raw
+// data goes directly to the file, because no metadata refers to it before the flush.
+struct JournaledFile : H5FD_t {
+  int descriptor = -1;
+  haddr_t end_allocated = 0;  // HDF5's end of allocated space (EOA) [bytes]
+  haddr_t length = 0;         // length of the file without a journal [bytes]
+  haddr_t flushed = 0;        // value of `length` after the last flush [bytes]
+  PendingBytes pending;
+  bool half_flushed = false;  // true: the file needs the journal at its end
+
+  JournaledFile() : H5FD_t{} {}
+  ~JournaledFile() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+};
+
+constexpr haddr_t largest_address = (static_cast<haddr_t>(1) << 62) - 1;
+
+JournaledFile& ours(H5FD_t* file) { return *static_cast<JournaledFile*>(file); }
+const JournaledFile& ours(const H5FD_t* file) { return *static_cast<const JournaledFile*>(file); }
+
+// Adds an entry to HDF5's error stack, worded like those of its default driver.
+herr_t refused(const char* tried, hid_t minor) {
+  const int code = errno;
+  H5Epush2(H5E_DEFAULT, __FILE__, __func__, __LINE__, H5E_ERR_CLS, H5E_VFL, minor,
+           "could not %s, errno = %d, error message = '%s'", tried, code, std::strerror(code));
+  return -1;
+}
+
+// Calls a function that may throw. HDF5 is written in C, so exceptions must not pass through it.
+template <class Work>
+herr_t guarded(const Work& work) {
+  try {
+    return work();
+  } catch (const std::exception&) {
+    errno = ENOMEM;
+    return refused("hold the changes of the file in memory", H5E_CANTALLOC);
+  }
+}
+
+herr_t open_into(JournaledFile& file, const char* name, unsigned flags) {
+  int mode = flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY;
+  if (flags & H5F_ACC_TRUNC) mode |= O_TRUNC;
+  if (flags & H5F_ACC_CREAT) mode |= O_CREAT;
+  if (flags & H5F_ACC_EXCL) mode |= O_EXCL;
+  file.descriptor = ::open(name, mode | O_CLOEXEC, 0666);
+  struct stat status = {};
+  if (file.descriptor < 0 || fstat(file.descriptor, &status) != 0)
+    return refused("open the file", H5E_CANTOPENFILE);
+  file.length = static_cast<haddr_t>(status.st_size);
+  if (std::optional<Journal> journal = read_journal(file.descriptor)) {
+    file.length = journal->start;
+    file.pending = std::move(journal->bytes);
+    file.half_flushed = true;
+  }
+  file.flushed = file.length;
+  return 0;
+}
+
+H5FD_t* open_file(const char* name, unsigned flags, hid_t, haddr_t) {
+  JournaledFile* file = new (std::nothrow) JournaledFile;
+  if (file && guarded([&] { return open_into(*file, name, flags); }) >= 0) return file;
+  delete file;
+  return nullptr;
+}
+
+herr_t set_length(JournaledFile& file, haddr_t length) {
+  if (::ftruncate(file.descriptor, static_cast<off_t>(length)) != 0)
+    return refused("set the length of the file", H5E_SEEKERROR);
+  file.length = length;
+  return 0;
+}
+
+herr_t write_ranges(const JournaledFile& file, const PendingBytes& bytes) {
+  for (const auto& [address, range] : bytes.ranges())
+    if (!write_fully(file.descriptor, address, range))
+      return refused("write the file", H5E_WRITEERROR);
+  return 0;
+}
+
+// Writes the pending bytes. The file does not refer to those beyond its length at the last flush
+// before the others are changed, so the journal contains only the others.
+herr_t flush_pending(JournaledFile& file) {
+  if (file.pending.empty()) return 0;
+  const auto [changed, added] = file.pending.split_at(file.flushed);
+  const haddr_t start = std::max<haddr_t>(file.length, file.pending.end());
+  if (write_ranges(file, added) < 0) return -1;
+  if (!changed.empty()) {
+    const std::vector<unsigned char> records = journal_records(changed);
+    const JournalTrailer trailer = journal_trailer(start, records);
+    if (!write_fully(file.descriptor, start, records) ||
+        !write_fully(file.descriptor, start + records.size(),
+                     {reinterpret_cast<const unsigned char*>(&trailer), sizeof trailer}))
+      return refused("write the journal", H5E_WRITEERROR);
+    file.half_flushed = true;
+    if (write_ranges(file, changed) < 0) return -1;
+  }
+  if (set_length(file, start) < 0) return -1;
+  file.pending.clear();
+  file.flushed = start;
+  file.half_flushed = false;
+  return 0;
+}
+
+herr_t flush_file(H5FD_t* file, hid_t, hbool_t) {
+  return guarded([&] { return flush_pending(ours(file)); });
+}
+
+herr_t close_file(H5FD_t* base) {
+  const std::unique_ptr<JournaledFile> file(&ours(base));
+  const bool writes = (fcntl(file->descriptor, F_GETFL) & O_ACCMODE) != O_RDONLY;
+  return writes ? flush_file(base, H5P_DEFAULT, true) : 0;
+}
+
+int compare_files(const H5FD_t* a, const H5FD_t* b) {
+  struct stat of_a = {}, of_b = {};
+  fstat(ours(a).descriptor, &of_a);
+  fstat(ours(b).descriptor, &of_b);
+  if (of_a.st_dev != of_b.st_dev) return of_a.st_dev < of_b.st_dev ? -1 : 1;
+  if (of_a.st_ino != of_b.st_ino) return of_a.st_ino < of_b.st_ino ? -1 : 1;
+  return 0;
+}
+
+herr_t query_features(const H5FD_t*, unsigned long* flags) {
+  if (flags)
+    *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
+             H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_POSIX_COMPAT_HANDLE;
+  return 0;
+}
+
+haddr_t end_of_allocated(const H5FD_t* file, H5FD_mem_t) { return ours(file).end_allocated; }
+
+herr_t set_end_of_allocated(H5FD_t* file, H5FD_mem_t, haddr_t address) {
+  ours(file).end_allocated = address;
+  return 0;
+}
+
+haddr_t end_of_file(const H5FD_t* file, H5FD_mem_t) { return ours(file).length; }
+
+herr_t handle_of(H5FD_t* file, hid_t, void** handle) {
+  *handle = &ours(file).descriptor;
+  return 0;
+}
+
+herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, size_t count, void* buffer) {
+  const JournaledFile& file = ours(base);
+  const std::span bytes(static_cast<unsigned char*>(buffer), count);
+  if (!read_fully(file.descriptor, address, bytes)) return refused("read", H5E_READERROR);
+  // What lies beyond `length` belongs to a journal.
+  if (address + count > file.length) {
+    const haddr_t inside = std::max(file.length, address) - address;
+    std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(inside), bytes.end(),
+              static_cast<unsigned char>(0));
+  }
+  file.pending.apply_to(address, bytes);
+  return 0;
+}
+
+herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, size_t count,
+                   const void* buffer) {
+  JournaledFile& file = ours(base);
+  const std::span bytes(static_cast<const unsigned char*>(buffer), count);
+  return guarded([&] {
+    if (type != H5FD_MEM_DRAW || file.pending.overlap(address, count)) {
+      file.pending.put(address, bytes);
+      return 0;
+    }
+    if (file.half_flushed && flush_pending(file) < 0) return -1;
+    if (!write_fully(file.descriptor, address, bytes)) return refused("write", H5E_WRITEERROR);
+    file.length = std::max<haddr_t>(file.length, address + count);
+    return 0;
+  });
+}
+
+// Lengthens the file to the end of allocated space. The file must not become shorter before the
+// next flush, because its superblock contains the old end until then.
+herr_t truncate_file(H5FD_t* base, hid_t, hbool_t) {
+  JournaledFile& file = ours(base);
+  if (file.half_flushed && flush_file(base, H5P_DEFAULT, false) < 0) return -1;
+  return file.length >= file.end_allocated ? 0 : set_length(file, file.end_allocated);
+}
+
+H5FD_class_t driver_class() {
+  H5FD_class_t result = {};
+#if H5_VERSION_GE(1, 14, 0)
+  result.version = H5FD_CLASS_VERSION;
+  result.value = 511;  // 256 to 511 are free for drivers that are not registered
+#endif
+  result.name = "loomstone_journal";
+  result.maxaddr = largest_address;
+  result.fc_degree = H5F_CLOSE_WEAK;
+  result.open = open_file;
+  result.close = close_file;
+  result.cmp = compare_files;
+  result.query = query_features;
+  result.get_eoa = end_of_allocated;
+  result.set_eoa = set_end_of_allocated;
+  result.get_eof = end_of_file;
+  result.get_handle = handle_of;
+  result.read = read_bytes;
+  result.write = write_bytes;
+  result.flush = flush_file;
+  result.truncate = truncate_file;
+  const H5FD_mem_t lists[H5FD_MEM_NTYPES] = H5FD_FLMAP_DICHOTOMY;
+  std::copy(std::begin(lists), std::end(lists), std::begin(result.fl_map));
+  return result;
+}
+
+}  // namespace
+
+hid_t journal_driver() {
+  static const H5FD_class_t type = driver_class();
+  static const hid_t id = H5FDregister(&type);
+  return id;
+}
+
+}  // namespace loomstone::hdf5

@@ -1,0 +1,165 @@
+#include "core/cache/hdf5_journal.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iterator>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace loomstone {
+
+namespace {
+
+constexpr std::uint64_t trailer_mark = 0x6c6e726a6d6f6f6cULL;  // "loomjrnl"
+
+// FNV-1a, 64 bits (Fowler, Noll, Vo).
+std::uint64_t checksum(std::span<const unsigned char> bytes) {
+  std::uint64_t sum = 0xcbf29ce484222325ULL;
+  for (unsigned char byte : bytes) sum = (sum ^ byte) * 0x100000001b3ULL;
+  return sum;
+}
+
+void append(std::vector<unsigned char>& records, std::uint64_t number) {
+  const auto* bytes = reinterpret_cast<const unsigned char*>(&number);
+  records.insert(records.end(), bytes, bytes + sizeof number);
+}
+
+// Returns the bytes of the records, or nothing if a record is longer than what remains.
+std::optional<PendingBytes> parsed(std::span<const unsigned char> records) {
+  PendingBytes result;
+  while (!records.empty()) {
+    std::uint64_t head[2] = {};  // address, count
+    if (records.size() < sizeof head) return std::nullopt;
+    std::memcpy(head, records.data(), sizeof head);
+    records = records.subspan(sizeof head);
+    if (head[1] > records.size()) return std::nullopt;
+    result.put(head[0], records.first(head[1]));
+    records = records.subspan(head[1]);
+  }
+  return result;
+}
+
+}  // namespace
+
+// Returns the first range that ends beyond `address`.
+PendingBytes::Ranges::const_iterator PendingBytes::first_overlap(std::uint64_t address) const {
+  auto range = ranges_.upper_bound(address);
+  if (range != ranges_.begin()) {
+    const auto before = std::prev(range);
+    if (before->first + before->second.size() > address) return before;
+  }
+  return range;
+}
+
+std::uint64_t PendingBytes::end() const {
+  return ranges_.empty() ? 0 : ranges_.rbegin()->first + ranges_.rbegin()->second.size();
+}
+
+bool PendingBytes::overlap(std::uint64_t address, std::uint64_t count) const {
+  const auto range = first_overlap(address);
+  return range != ranges_.end() && range->first < address + count;
+}
+
+void PendingBytes::put(std::uint64_t address, std::span<const unsigned char> bytes) {
+  if (bytes.empty()) return;
+  const std::uint64_t end = address + bytes.size();
+  const auto first = first_overlap(address);
+  auto last = first;
+  std::uint64_t from = address, to = end;
+  for (; last != ranges_.end() && last->first < end; ++last) {
+    from = std::min(from, last->first);
+    to = std::max(to, last->first + last->second.size());
+  }
+  std::vector<unsigned char> merged(to - from);
+  for (auto range = first; range != last; ++range)
+    std::copy(range->second.begin(), range->second.end(),
+              merged.begin() + static_cast<std::ptrdiff_t>(range->first - from));
+  std::copy(bytes.begin(), bytes.end(),
+            merged.begin() + static_cast<std::ptrdiff_t>(address - from));
+  ranges_.erase(first, last);
+  ranges_.emplace(from, std::move(merged));
+}
+
+std::pair<PendingBytes, PendingBytes> PendingBytes::split_at(std::uint64_t address) const {
+  std::pair<PendingBytes, PendingBytes> result;
+  for (const auto& [start, bytes] : ranges_) {
+    const std::span<const unsigned char> range(bytes);
+    const std::size_t n_before =
+        std::min<std::size_t>(range.size(), address > start ? address - start : 0);
+    result.first.put(start, range.first(n_before));
+    result.second.put(start + n_before, range.subspan(n_before));
+  }
+  return result;
+}
+
+void PendingBytes::apply_to(std::uint64_t address, std::span<unsigned char> bytes) const {
+  const std::uint64_t end = address + bytes.size();
+  for (auto range = first_overlap(address); range != ranges_.end() && range->first < end; ++range) {
+    const std::uint64_t from = std::max(address, range->first),
+                        to = std::min(end, range->first + range->second.size());
+    std::memcpy(bytes.data() + (from - address), range->second.data() + (from - range->first),
+                to - from);
+  }
+}
+
+std::vector<unsigned char> journal_records(const PendingBytes& bytes) {
+  std::vector<unsigned char> records;
+  for (const auto& [address, range] : bytes.ranges()) {
+    append(records, address);
+    append(records, range.size());
+    records.insert(records.end(), range.begin(), range.end());
+  }
+  return records;
+}
+
+JournalTrailer journal_trailer(std::uint64_t start, std::span<const unsigned char> records) {
+  return {trailer_mark, start, checksum(records)};
+}
+
+std::optional<Journal> read_journal(int file) {
+  struct stat status = {};
+  JournalTrailer trailer = {};
+  if (fstat(file, &status) != 0) return std::nullopt;
+  const auto length = static_cast<std::uint64_t>(status.st_size);
+  if (length < sizeof trailer) return std::nullopt;
+  const std::uint64_t end = length - sizeof trailer;
+  if (!read_fully(file, end, {reinterpret_cast<unsigned char*>(&trailer), sizeof trailer}) ||
+      trailer.mark != trailer_mark || trailer.start > end)
+    return std::nullopt;
+  std::vector<unsigned char> records(end - trailer.start);
+  if (!read_fully(file, trailer.start, records) || checksum(records) != trailer.checksum)
+    return std::nullopt;
+  std::optional<PendingBytes> bytes = parsed(records);
+  if (!bytes) return std::nullopt;
+  return Journal{trailer.start, std::move(*bytes)};
+}
+
+bool read_fully(int file, std::uint64_t address, std::span<unsigned char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pread(file, bytes.data(), bytes.size(), static_cast<off_t>(address));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    if (n == 0) {
+      std::fill(bytes.begin(), bytes.end(), static_cast<unsigned char>(0));
+      return true;
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+    address += static_cast<std::uint64_t>(n);
+  }
+  return true;
+}
+
+bool write_fully(int file, std::uint64_t address, std::span<const unsigned char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(address));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+    address += static_cast<std::uint64_t>(n);
+  }
+  return true;
+}
+
+}  // namespace loomstone

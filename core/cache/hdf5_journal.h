@@ -1,0 +1,58 @@
+// A journal of bytes that replace parts of a file. A writer adds the journal to the end of the file
+// before it changes these parts, and removes it afterwards. If the writer is killed between, a
+// reader takes the bytes from the journal, so it sees all changes or none.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace loomstone {
+
+// Bytes that differ from those of a file, as ranges that do not overlap.
+class PendingBytes {
+ public:
+  bool empty() const { return ranges_.empty(); }
+  void clear() { ranges_.clear(); }
+  std::uint64_t end() const;  // end of the last range, or 0 without ranges
+  bool overlap(std::uint64_t address, std::uint64_t count) const;
+  // Sets `bytes.size()` bytes of the file, starting at `address`.
+  void put(std::uint64_t address, std::span<const unsigned char> bytes);
+  // Returns the pending bytes before `address` and those from it on.
+  std::pair<PendingBytes, PendingBytes> split_at(std::uint64_t address) const;
+  // Replaces those bytes in `bytes`, read from the file at `address`, that are pending.
+  void apply_to(std::uint64_t address, std::span<unsigned char> bytes) const;
+  const std::map<std::uint64_t, std::vector<unsigned char>>& ranges() const { return ranges_; }
+
+ private:
+  using Ranges = std::map<std::uint64_t, std::vector<unsigned char>>;
+  Ranges::const_iterator first_overlap(std::uint64_t address) const;
+  Ranges ranges_;  // from the address of each range to its bytes
+};
+
+// The journal consists of records (address, count, bytes) and of a trailer, which a writer must
+// write last. A file has a journal if it ends with a trailer that fits the records.
+struct JournalTrailer {
+  std::uint64_t mark, start, checksum;  // start: length of the file without the journal [bytes]
+};
+
+struct Journal {
+  std::uint64_t start = 0;  // length of the file without the journal [bytes]
+  PendingBytes bytes;
+};
+
+std::vector<unsigned char> journal_records(const PendingBytes& bytes);
+JournalTrailer journal_trailer(std::uint64_t start, std::span<const unsigned char> records);
+
+// Returns the journal at the end of an open file, or nothing if the file has none.
+std::optional<Journal> read_journal(int file);
+
+// Functions like pread() and pwrite(), which repeat incomplete transfers. read_fully() sets bytes
+// beyond the end of the file to 0. Both return false, with errno set, if the system refuses.
+bool read_fully(int file, std::uint64_t address, std::span<unsigned char> bytes);
+bool write_fully(int file, std::uint64_t address, std::span<const unsigned char> bytes);
+
+}  // namespace loomstone

@@ -1,0 +1,127 @@
+// Tests of runs whose writer is killed within a frame. The test program records what the writer
+// does to its files, repeats it on copies of them, page by page, and reads the copies each time.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "core/base/error.h"
+#include "core/cache/frame_file.h"
+#include "core/cache/hdf5_journal.h"
+#include "example_run.h"
+
+using namespace loomstone;
+using namespace loomstone::testing;
+
+namespace {
+
+struct Change {
+  std::string file;  // name without the directory
+  off_t at;          // first byte that is written, or the new length
+  bool sets_length;
+  std::vector<unsigned char> bytes;
+};
+
+std::vector<Change>* recorded_changes = nullptr;  // null: changes are not recorded
+
+void record(int descriptor, Change change) {
+  if (!recorded_changes) return;
+  const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
+  change.file = std::filesystem::read_symlink(link).filename();
+  recorded_changes->push_back(std::move(change));
+}
+
+}  // namespace
+
+// These functions replace those of the C library in this program.
+extern "C" ssize_t pwrite(int descriptor, const void* buffer, std::size_t count, off_t at) {
+  const auto* bytes = static_cast<const unsigned char*>(buffer);
+  record(descriptor, {"", at, false, {bytes, bytes + count}});
+  return pwrite64(descriptor, buffer, count, at);
+}
+
+extern "C" int ftruncate(int descriptor, off_t length) noexcept {
+  record(descriptor, {"", length, true, {}});
+  return ftruncate64(descriptor, length);
+}
+
+namespace {
+
+// A kill interrupts a write between two pages of memory.
+constexpr off_t page = 4096;
+
+struct Pieces {
+  FrameTopology topology;
+  std::string directory;
+  int n_frames = 0;  // number of frames that the last check found
+  int n_checks = 0, n_wrong = 0;
+  std::string first_fault = {};
+
+  // Reads the last frames of the run and its first one.
+  void check() {
+    ++n_checks;
+    std::string fault;
+    try {
+      const FrameReader reader(directory);
+      if (reader.n_frames() < n_frames) fault = "a frame is lost";
+      n_frames = reader.n_frames();
+      for (const int index : {0, n_frames - 3, n_frames - 2, n_frames - 1})
+        if (!same(reader.frame(index), example_frame(topology, index)))
+          fault = "frame " + std::to_string(index) + " is wrong";
+    } catch (const CacheError& error) {
+      fault = error.what();
+    }
+    n_wrong += !fault.empty();
+    if (first_fault.empty()) first_fault = fault;
+  }
+
+  void repeat(const Change& change) {
+    const int file = ::open((directory + "/" + change.file).c_str(), O_RDWR | O_CLOEXEC);
+    if (change.sets_length) REQUIRE(ftruncate64(file, change.at) == 0);
+    const off_t end = change.at + static_cast<off_t>(change.bytes.size());
+    for (off_t from = change.at; from < end;) {
+      const off_t to = std::min((from / page + 1) * page, end);
+      const auto count = static_cast<std::size_t>(to - from);
+      REQUIRE(pwrite64(file, change.bytes.data() + (from - change.at), count, from) ==
+              static_cast<ssize_t>(count));
+      if (to < end) check();
+      from = to;
+    }
+    ::close(file);
+    check();
+  }
+};
+
+}  // namespace
+
+// With compression, a page of a chunk index contains about 100 frames, and an index is split after
+// 512 frames. Without compression, a block contains 16 frames, and tables have 1024 rows per block.
+TEST_CASE("a run is complete after every page that its writer writes") {
+  struct Case {
+    int compression, from, to;
+  };
+  const auto [compression, from, to] = GENERATE(Case{0, 4, 6}, Case{0, 15, 18}, Case{0, 1023, 1025},
+                                                Case{1, 98, 104}, Case{1, 510, 514});
+  const TemporaryDirectory written, copied;
+  Pieces pieces{example_topology(3, true), copied.path(), from};
+  FrameWriter writer(written.path(), pieces.topology, "", compression);
+  for (int index = 0; index < from; ++index) write_example(writer, pieces.topology, index);
+  for (const char* name : {"run.vtkhdf", "bodies.vtkhdf"})
+    std::filesystem::copy_file(written / name, copied / name);
+  std::vector<Change> changes;
+  recorded_changes = &changes;
+  for (int index = from; index < to; ++index) write_example(writer, pieces.topology, index);
+  recorded_changes = nullptr;
+  pieces.check();
+  for (const Change& change : changes) pieces.repeat(change);
+  INFO(pieces.n_checks << " checks, first fault: " << pieces.first_fault);
+  CHECK(pieces.n_wrong == 0);
+  CHECK(pieces.n_frames == to);
+  CHECK(pieces.n_checks > 40 * (to - from));
+}
