@@ -46,10 +46,9 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   shape->setMargin(core.margin);
   for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
   shape->recalcLocalAabb();
-  if (polyhedron) {
-    shape->initializePolyhedralFeatures();
+  if (polyhedron) shape->initializePolyhedralFeatures();
+  if (hull.vertices.size() <= most_vertices_on_triangles)
     attach_polyhedron(*shape, ConvexPolyhedron(vertices, faces), shapes);
-  }
   shapes.all.push_back(std::move(shape));
 }
 

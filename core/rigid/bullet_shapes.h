@@ -12,7 +12,7 @@
 
 namespace loomstone {
 
-// The shapes of a body. If a shape is a box, or a hull with at most most_polyhedron_vertices
+// The shapes of a body. If a shape is a box, or a hull with at most most_vertices_on_triangles
 // vertices, its user pointer (getUserPointer) refers to its ConvexPolyhedron.
 struct Shapes {
   std::vector<std::unique_ptr<btCollisionShape>> all;  // last: shape of the whole body

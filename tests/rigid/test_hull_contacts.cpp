@@ -388,6 +388,30 @@ TEST_CASE("a box that lands almost flat does not sink in at the edge that lands 
   CHECK(state.velocities.row(0).norm() < 1e-3);
 }
 
+TEST_CASE("a hull of many corners that falls on a floor stops at its surface") {
+  const double step = GENERATE(1e-3, 4e-3);
+  const Index cells = GENERATE(1, 40);
+  const double angle = GENERATE(0.0, 0.4, 1.3);
+  CAPTURE(step, cells, angle);
+  const TriangleMesh ball = icosphere(0.05, 1);
+  RigidBody hull =
+      body_of(TriangleMesh(ball.vertices() * Vec3(1.0, 0.8, 0.6).asDiagonal(), ball.triangles()),
+              "convex", Vec3(0.01, 0.02, 0.06));
+  hull.orientation = quaternion_from_rotation_vector(angle * Vec3(0.6, 0.8, 0.0));
+  hull.velocity = Vec3(0, 0, -2);
+  RigidWorld world({hull}, {floor_of(4.0, cells)}, gravity);
+  RigidState state = world.initial_state();
+  double lowest = 1.0;
+  for (int i = 0; i < 60; ++i) {
+    run(world, state, step, 1, 1);
+    const Mat3 turned = rotation_matrix(state.orientations.row(0).transpose());
+    const Points x = hull.mesh->vertices() * turned.transpose();
+    lowest = std::min(lowest, state.positions(0, 2) + x.col(2).minCoeff());
+  }
+  // In 4 ms, the hull turns by up to 0.04 after its first contact.
+  CHECK(lowest > (step < 2e-3 ? -1e-5 : -2e-3));
+}
+
 TEST_CASE("a body that falls fast on another body stops at its surface and keeps its momentum") {
   for (const char* shape : {"sphere", "box", "convex"})
     for (const double step : {1e-3, 4e-3, 1e-2}) {
