@@ -48,7 +48,7 @@ struct Frame {
   Points velocities;                  // (n x 3) [m/s]
   Points strain;                      // (m x 3) Green strain: weft, warp, shear (E12) [1]
   Vector stretch;                     // (m) largest principal stretch [1]
-  std::vector<std::uint8_t> contact;  // (n) 1: in contact, 2: on a triangle of a forced pair
+  std::vector<std::uint8_t> contact;  // (n) 1: in contact, 2: on a triangle of StepOutcome::forced
   Points body_vertices;               // (nb x 3) positions [m]
   Vector coil_currents;               // (coils) [A]
   StepReport report;

@@ -17,8 +17,8 @@ inline constexpr double faster_approach = 1.5, added_approach = 0.3, added_accel
 
 // Returns the largest speed at which a corner of feature a approaches a corner of feature b along
 // the contact normal [m/s]. At constant velocities, the distance along the normal decreases at most
-// at this speed. `speeds` are the velocity components of the four vertices along the normal, which
-// points from b to a [m/s].
+// at this speed. `speeds` are the velocity components [m/s] of the four vertices along the normal,
+// which points from b to a.
 inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
   if (kind == ContactKind::VertexFace)
     return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];

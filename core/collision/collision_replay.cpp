@@ -75,7 +75,7 @@ void require_repetitions(int repetitions) {
 // them.
 constexpr int steps_before_deal = 4;
 
-// Performs the searches of steps with neighbour lists, on one thread.
+// Uses neighbour lists to perform the searches of steps, on one thread.
 struct ListsOfStep {
   ListsOfStep(const CollisionModel& given, const std::vector<SurfacePair>& given_pairs,
               const Vector& given_inverse_mass)

@@ -45,7 +45,7 @@ class CollisionReplay {
   // Measures the work on neighbour lists in both searches of a step. Piece i of each OrderedWork is
   // the work on all lists whose first cluster has index i among the first clusters of all surface
   // pairs (see ClusterOwners). Several preceding steps, whose positions are extrapolated backwards,
-  // are performed first. The expected costs are those of the last of them. Each measured cost is
+  // are performed first. The last preceding step gives the expected costs. Each measured cost is
   // the smallest of `repetitions` measurements. Throws InvalidInput if `repetitions` is below 1.
   struct Lists {
     OrderedWork contacts, impacts;

@@ -189,8 +189,9 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
 
 // Returns the largest weight with which something can move the features of a pair apart: the free
 // vertices of either feature, or the body with its attached vertices. A pair regains its thickness
-// at a speed in proportion to this weight. At the same speed for all pairs, free vertices with
-// small weights would be thrown. 1 if no vertex is attached to a body of the pair.
+// at a speed in proportion to this weight. If this speed were the same for all pairs, free vertices
+// with small weights would get large velocities. Returns 1 if no vertex of the pair is attached to
+// Event::body.
 double EventContacts::movable(const Event& event, Index pair) const {
   if (event.with_body == 0) return 1.0;
   const int n_a = pairs_[pair].kind == ContactKind::VertexFace ? 1 : 2;

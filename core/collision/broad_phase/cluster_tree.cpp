@@ -201,7 +201,8 @@ Slabs ClusterTree::root() const {
   return box;
 }
 
-// Sets the groups and, as ids, the indices of the features in `cluster_of_feature`.
+// Arranges features in groups by their clusters. Sets the id of each feature to its index in
+// `cluster_of_feature`.
 void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_of_feature,
                          int n_corners) const {
   std::vector<Index> next(n_clusters_, 0);
@@ -234,7 +235,7 @@ void ClusterTree::find_corners(const Features& features, IndexRange groups, Inde
     }
 }
 
-// Returns the cluster of each face: compact clusters at x.
+// Forms clusters of faces that are compact at x. Returns the cluster of each face.
 std::vector<Index> ClusterTree::clusters_of_faces(const Points& x) const {
   const Index n = n_triangles_;
   const auto corner = [&](Index t, int k) { return model_->triangles(triangle_id(t), k); };

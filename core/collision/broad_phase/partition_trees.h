@@ -53,8 +53,8 @@ class PartitionTrees {
   // Returns the index of the first cluster in the first node of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
   // Returns tests whose first nodes contain only clusters with the indices `begin` to `end` - 1.
-  // For these clusters, they replace the top-level tests. A top-level test whose first node also
-  // contains other clusters is expanded.
+  // For these clusters, the returned tests replace the top-level tests. A top-level test whose
+  // first node also contains other clusters is expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
 
   // Returns whether a test compares two clusters, which have features instead of children.

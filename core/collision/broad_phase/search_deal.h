@@ -15,7 +15,7 @@ class SearchDeal {
  public:
   explicit SearchDeal(std::size_t n_clusters = 0) : n_clusters_(n_clusters) {}
 
-  // One of every `interval` searches measures costs. Such a search is slower, because it reads the
+  // One in every `interval` searches measures costs. Such a search is slower, because it reads the
   // clock twice in each test.
   static constexpr int interval = 8;
 

@@ -133,7 +133,7 @@ ContactForce normal_at_start(const Contact& contact, const AtStart& start, doubl
   return extended_force({contact.distance, linear}, contact.thickness, start.stiffness);
 }
 
-// Returns the law of a contact. Does not set its members `contact` and `counts`.
+// Returns the law of a contact. Does not set its members `parting`, `contact` and `counts`.
 ContactLaw law_at_start(const Contact& contact, const AtStart& start, double share,
                         const Vec3& slip) {
   ContactLaw law;

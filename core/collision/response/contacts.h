@@ -29,8 +29,8 @@ struct ContactSearch {
 };
 
 // Collective. Finds the contacts at x. Each rank tests the pairs in its lists and the unlisted
-// pairs that it finds, and then receives the contacts of all ranks. Stores the distances that it
-// computes for listed pairs in `lists`. update() or begin_update() of `lists` must have been called
+// pairs that it finds, and then receives the contacts of all ranks. Stores in `lists` the distances
+// that it computes for listed pairs. update() or begin_update() of `lists` must have been called
 // with x.
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          NeighbourLists& lists);

@@ -1,7 +1,8 @@
 // Contact impulses by projected Gauss-Seidel on linearised gaps, with Coulomb friction. Impulses
 // act on cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
-// Impulses on the two features are equal and opposite, so they conserve linear momentum. Impulses
-// between cloth and a body act at one point in space, so they also conserve angular momentum.
+// Impulses on the two features of a contact are equal and opposite, so they conserve linear
+// momentum. Impulses between cloth and a body act at one point in space, so they also conserve
+// angular momentum.
 // Impulses correct positions at the end of the step. A correction d of a position corresponds to a
 // velocity change d / h, where h is the step.
 #pragma once

@@ -69,9 +69,10 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
 // unless the part has the shortest permitted length.
 //
-// If the step is not automatic, and pins move, or obstacles move while cloth has contacts, no part
-// is shortened to less than a quarter of the step. In shorter parts, impacts between cloth and
-// scripted surfaces that approach the cloth quickly remain unresolved.
+// If the step is not automatic and obstacles move, and if pins also move or cloth has contacts, no
+// part is shortened to less than a quarter of the step. In asynchronous steps, moving obstacles
+// suffice for this bound. In shorter parts, impacts between cloth and scripted surfaces that
+// approach the cloth quickly remain unresolved.
 PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

@@ -246,7 +246,7 @@ class Constraining {
   }
 
   // If certification or a fallback has withheld some of the corrections in `at_rest`, subtracts the
-  // withheld part from them. Thus, withholding it does not change velocities either.
+  // withheld part from them. Thus, the withholding does not change velocities either.
   void withhold_at_rest(const std::vector<WithheldMotion>& withheld) {
     Points& at_rest = report_.at_rest;
     for (const WithheldMotion& motion : withheld) {

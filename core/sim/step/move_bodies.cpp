@@ -111,10 +111,10 @@ Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& point) {
   return square > 0.0 ? a + std::clamp(along.dot(point - a) / square, 0.0, 1.0) * along : a;
 }
 
-// After impacts, moves attached vertices with their points on the bodies. Otherwise, the springs of
-// attachments would bring them back in the next part, with a velocity equal to their distance from
-// these points divided by the length of that part. Velocities do not change here; the springs
-// exchange momentum between cloth and bodies.
+// After impacts, moves attached vertices with their points on the bodies. Without this motion, the
+// springs of attachments would bring them back in the next part, with a velocity equal to their
+// distance from these points divided by the length of that part. Velocities do not change here; the
+// springs exchange momentum between cloth and bodies.
 //
 // A contact that only cancels the acceleration of a body, such as the contact with a floor on which
 // the body rests, moves no vertex, because the springs balance its forces. The velocities of the

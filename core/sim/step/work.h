@@ -42,9 +42,9 @@ struct PartWork {
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
-// Stores the energy of bodies in `state`, and their velocities from the solve, in `solved`. Removes
-// the copies of positions and velocities of cloth. A stage that changes the cloth must first copy
-// them, for example by Solved::keep().
+// Stores in `solved` the velocities of bodies from the solve, and the energy that bodies have in
+// `state`. Removes the copies of positions and velocities of cloth from `solved`. A stage that
+// changes the cloth must first copy its positions and velocities, for example by Solved::keep().
 void note_solved(const Engines& engines, const State& state, const Points& body_velocity,
                  Solved& solved);
 
