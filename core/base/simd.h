@@ -27,8 +27,8 @@ using FloatLanes =
     std::conditional_t<std::is_same_v<Lanes, Lanes128>, Halves<HalfFloats>, Floats256>;
 
 enum class InstructionSet { baseline, v3, v4 };
-// The widest of these instruction sets that the build and the processor support. The environment
-// variable LOOMSTONE_INSTRUCTIONS can restrict it to x86-64 or x86-64-v3.
+// The widest InstructionSet that the build and the processor support. The environment variable
+// LOOMSTONE_INSTRUCTIONS can restrict it to x86-64 or x86-64-v3.
 extern const InstructionSet instruction_set;
 // Throws InvalidInput if the environment variable LOOMSTONE_INSTRUCTIONS has an unknown value.
 void check_instruction_set();

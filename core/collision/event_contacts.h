@@ -20,9 +20,10 @@ namespace loomstone {
 
 // Work of the impulses of a step [J].
 struct EventWork {
-  double prescribed = 0.0;  // done by prescribed vertices and obstacles
-  double friction = 0.0;    // done against friction
-  double restored = 0.0;  // done by impulses that separate pairs until they regain their thickness
+  double prescribed = 0.0;  // work done by prescribed vertices and obstacles
+  double friction = 0.0;    // work done against friction
+  // Work done by impulses that separate pairs until these pairs regain their thickness.
+  double restored = 0.0;
 };
 
 class EventContacts {

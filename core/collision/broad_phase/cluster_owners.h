@@ -56,7 +56,7 @@ class ClusterOwners {
   // Position of each surface pair's first entry in the sequence of all first clusters, followed by
   // the length of the sequence.
   SectionStarts first_;
-  SectionRanges starts_;  // ranges of each surface pair, as positions in the same sequence
+  SectionRanges starts_;  // ranges of each surface pair, as positions in the sequence of first_
   // (surface pairs + 1) Number of first clusters of this rank in all earlier surface pairs. The
   // last entry is the number in all surface pairs.
   std::vector<std::size_t> own_first_;

@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// A search, which also distributes the lists again, is due if the cost of one rank exceeds this
-// multiple of the mean cost of the ranks and at least `least_updates` updates have followed the
-// last distribution. Our choice.
+// A search for cluster pairs, which also distributes the lists again, is due if the cost of one
+// rank exceeds this multiple of the mean cost of the ranks and at least `least_updates` updates
+// have followed the last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 

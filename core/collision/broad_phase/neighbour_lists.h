@@ -26,7 +26,7 @@ namespace loomstone {
 
 struct NearPair {
   PairKey key;
-  // The distance at the positions of the last update() is at least this value minus
+  // The distance of the pair at the positions of the last update() is at least this value minus
   // NeighbourList::used [m].
   double distance;
 };

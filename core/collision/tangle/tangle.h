@@ -30,7 +30,7 @@ struct Piercing {
   // known.
   Vec3 way_out = Vec3::Zero();
   double thickness = 0.0;  // mean thickness of the two surfaces [m]
-  double segment = 0.0;    // half the total length of the contour segments that end here [m]
+  double segment = 0.0;    // half the length of all contour segments that end at the piercing [m]
 };
 
 // Retraction of a surface of which a large part has passed through another surface.
