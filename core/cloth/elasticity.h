@@ -192,7 +192,7 @@ class Elasticity {
   BlockMatrix matrix_;
   Points zero_velocity_;  // zeros, allocated at first use
   bool damped_bending_ = false;
-  KnownPositions unknown_;  // for the rows that the elements of this rank read
+  KnownPositions unknown_;  // result of unknown_positions()
   // Membrane values are not reused while the membrane includes stiff phases. Forces are not reused
   // if they include viscous forces.
   KnownForces known_;

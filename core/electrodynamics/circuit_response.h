@@ -1,5 +1,5 @@
 // Response of magnetised bodies to circuit currents. The moment of a body that magnetises linearly
-// is a linear function of all currents plus a constant, so forces are quadratic polynomials of the
+// is a linear function of all currents plus a constant, so forces are quadratic polynomials in the
 // currents. The coefficients of these polynomials are determined at each instant with probe
 // currents: positive and negative ones in each circuit alone, and positive ones in both circuits of
 // each pair. The flux of the magnetised bodies through a coil changes in proportion to the circuit

@@ -29,7 +29,9 @@ struct Couplings {
 struct CircuitSystem {
   // (circuits) 1: the current at the end of the kick acts instead of the mean; see kick.h
   std::vector<std::uint8_t> at_end;
-  Eigen::MatrixXd matrix;  // c L / tau + R, with c = 1 for circuits `at_end` and 2 otherwise [ohm]
+  // (circuits x circuits) c L / tau + R [ohm], with the symbols of kick.h. The factor c is 1 for
+  // the columns of circuits marked in `at_end`, and 2 for other columns.
+  Eigen::MatrixXd matrix;
   // Currents at the start [A], source voltages [V], flux change due to given currents [V s],
   // right-hand side [V].
   Vector before, voltages, induced, right;
@@ -217,7 +219,7 @@ CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start
   for (const std::size_t j : model.given)
     add_times(wrenches, current(j), actions.coils.per_ampere[j]);
   if (!model.circuits.empty()) kick.advance_circuits(wrenches, circuits);
-  for (const std::size_t j : model.given)  // the sources of given currents do this work
+  for (const std::size_t j : model.given)  // adds the work of the sources of given currents
     circuits.supply +=
         start.duration * current(j) * kick.power(actions.coils.per_ampere[j], wrenches);
   if (!actions.magnetised.empty())

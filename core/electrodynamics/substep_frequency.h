@@ -10,7 +10,7 @@
 
 namespace loomstone {
 
-// Input from which the bound is computed, at one instant.
+// Input from which SubstepFrequency computes an upper bound on frequencies, at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
   const std::vector<MagneticBody>& magnets;  // magnetisation includes the effect of `currents`
@@ -19,8 +19,8 @@ struct Oscillators {
   std::vector<std::uint8_t> touching;        // (bodies) 1: body in contact
 };
 
-// Computes the bound. Contains only constant tables of the model. `model` and `magnets` must
-// outlive the SubstepFrequency.
+// Computes an upper bound on the oscillation frequencies of bodies. Contains only constant tables
+// of the model. `model` and `magnets` must outlive the SubstepFrequency.
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);

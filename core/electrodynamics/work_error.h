@@ -8,7 +8,7 @@
 //
 // The half kicks integrate the force along the displacement by the trapezoidal rule. A force that
 // changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0). The rule gives
-// work of larger magnitude, to leading order by (W1 - W0)^2 / (6 |W0 + W1|).
+// work of larger magnitude. To leading order, the difference is (W1 - W0)^2 / (6 |W0 + W1|).
 //
 // A free body of mass m and initial velocity v is displaced by h (v + h F0 / 2m) in the time h, but
 // the mean of its initial and final velocities is v + h (F0 + F1) / 4m. Its kinetic energy grows by

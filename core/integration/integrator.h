@@ -88,10 +88,11 @@ struct StepInputs {
   // (2 b) two entries per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 
-  // Returns whether any rank has terms of contacts. The midpoint rules and BDF-2 then take the step
-  // by backward Euler. Otherwise, cloth on stiff contacts would not come to rest, contacts that
-  // close within a step would add energy in the nonlinear midpoint rule, which evaluates them at
-  // the middle of the step, and BDF-2 would repeat the effect of impacts in the next step.
+  // Returns whether any rank has terms of contacts. If so, the midpoint rules and BDF-2 take the
+  // step by backward Euler. With their own formulas, cloth on stiff contacts would not come to
+  // rest, contacts that close within a step would add energy in the nonlinear midpoint rule, which
+  // evaluates them at the middle of the step, and BDF-2 would repeat the effect of impacts in the
+  // next step.
   bool in_contact() const { return forces_after != nullptr; }
 };
 

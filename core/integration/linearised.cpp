@@ -75,8 +75,8 @@ class LinearisedIntegrator final : public Integrator {
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
     // Length of this step divided by the length of the last step, or 1 if that is unknown. BDF-2
-    // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large, or if there is no
-    // history or the history must not be used, the step is taken by midpoint instead of BDF-2.
+    // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large, if there is no
+    // history, or if StepInputs::couples_bodies is true, midpoint takes the place of BDF-2.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history =
         state.previous_x.rows() == model_.n_vertices && ratio < 2.4 && !inputs.couples_bodies;

@@ -347,7 +347,7 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Sets correction_ to the Newton correction of now_. Returns false, on all ranks, if the solver
-  // throws SolverFailure for the exact Jacobian, which may be indefinite.
+  // throws StepFailure for the exact Jacobian, which may be indefinite.
   bool solve(const Step& step, JacobianKind kind, IntegrationReport& report) {
     const Points moved = displacement(step.h(), now_.velocity);
     x_ = start_x_ + moved.topRows(step.n);

@@ -218,8 +218,8 @@ class IntegratorOptions {
   void set_step(double step) {
     std::visit([&](auto& method) { method.step = step; }, method_);
   }
-  // These functions return the options that a family of schemes has in common, or null if the
-  // scheme does not belong to that family.
+  // implicit() and newton() return the options that a family of schemes has in common, or null if
+  // the scheme does not belong to that family.
   ImplicitOptions* implicit() { return family<ImplicitOptions>(method_); }
   const ImplicitOptions* implicit() const { return family<const ImplicitOptions>(method_); }
   NewtonOptions* newton() { return family<NewtonOptions>(method_); }

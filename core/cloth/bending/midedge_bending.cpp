@@ -88,8 +88,8 @@ class MidedgeBending final : public Bending {
   struct Selection {  // everything that the forces on rows [begin, end) depend on
     Index begin = -1, end = -1;
     std::vector<Index> hinges;            // hinges whose moments act on the rows
-    std::vector<Index> triangle_batches;  // batches of triangles on which these moments depend
-    std::vector<Index> hinge_batches;     // batches of hinges on whose angles these moments depend
+    std::vector<Index> triangle_batches;  // triangle batches that the moments of `hinges` need
+    std::vector<Index> hinge_batches;     // hinge batches whose angles the moments of `hinges` need
   };
   mutable Selection selection_;
   mutable HingeValues values_;
@@ -274,7 +274,7 @@ void MidedgeBending::add_stiffness(const Team& team, const Points& x, StiffnessS
                                    Index begin, Index end, BlockMatrix& matrix) const {
   if (hinges_.n_hinges() == 0) return;
   select_rows(begin, end);
-  // The selection includes every hinge that is paired with a hinge of these rows.
+  // The selection includes every hinge that is paired with a hinge of rows [begin, end).
   hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, true, values_);
   if (!damped_) {
     assembler_.add(team, {hinges_, values_, elastic_, scales.elastic}, begin, end, matrix);

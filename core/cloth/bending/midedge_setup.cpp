@@ -156,9 +156,9 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;
   std::vector<Row3> angles;  // angles of the hinges in `near`
-  // Unit rows for the boundary edges of both triangles. The product of a row and a curvature is the
-  // moment across the edge, up to a factor. These moments must vanish. Edges across which no
-  // curvature causes a moment have no row.
+  // Unit rows for the boundary edges of both triangles of the hinge. The product of a row and a
+  // curvature is the moment across the edge, up to a factor. These moments must vanish. Edges
+  // across which no curvature causes a moment have no row.
   std::vector<Row3> free;
   for (const Index triangle : {first, second}) {
     const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;

@@ -108,7 +108,7 @@ struct Symmetric {
 template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
-  Real x0, y0, x1, y1, x2, y2;  // X of each corner (see above), 0 if it is held [m]
+  Real x0, y0, x1, y1, x2, y2;  // X of each corner (see the top of this file), 0 if held [m]
   // Sum over free corners of mass times X X^T, up to a positive factor, which has no influence. If
   // two corners are held, it is instead h h^T [m^2] with the height vector h over the held edge.
   Symmetric<Real> moments;

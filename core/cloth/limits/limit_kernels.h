@@ -13,7 +13,7 @@ struct Tables {
   const Index* corners;  // (batches x 3 x 8) vertices
   // (batches x 4 x 8) gradients of Element, the only numbers of an Element that check() reads
   const double* gradients;
-  const double* numbers;  // (batches x 9 x 8) the other numbers of Element
+  const double* numbers;  // (batches x 9 x 8) numbers of Element other than gradients
   // (slots) bit k: corner k may move; two_held is set if only one corner may move; 0: none may move
   const std::uint8_t* moves;
   const Index* bounds_of;  // (batches) index into bounds

@@ -124,7 +124,7 @@ class Membrane {
   // Result of neglected(); see neglected_strains() in membrane_kernels.h.
   struct Neglected {
     double strain = 0.0;   // largest eigenvalue of the neglected strain [1]
-    double energy = 0.0;   // membrane energy of this strain [J]
+    double energy = 0.0;   // membrane energy of the neglected strain [J]
     double elastic = 0.0;  // membrane energy at positions `end`, without phases and limits [J]
   };
   // Computes the neglected strain of the triangles [first_triangle, last_triangle) for the

@@ -12,9 +12,9 @@
 namespace loomstone {
 
 // Integrates over one interval of length `interval` [s]. `clocks` (e x 2) contains, for each
-// element, the time since its last event and the time until its next event [s]: on entry, from the
-// start of the interval, and on return, from its end. Events at the same time are handled in
-// ascending order of elements. The queue is a binary heap. `Elements` has the functions
+// element, the time since its last event and the time until its next event [s]. Both times refer to
+// the start of the interval on entry, and to its end on return. Events at the same time are handled
+// in ascending order of elements. The queue is a binary heap. `Elements` has the functions
 //   step(element)            returns the time from an event to the next [s]
 //   move(element, time)      advances the vertices of the element to `time`
 //   kick(element, duration)  applies the impulse of the element's force over `duration`, the time

@@ -53,9 +53,10 @@ struct MovedPins {
   std::vector<Index> rows;  // empty if no prescribed vertex moves
   Points velocity;          // prescribed velocities [m/s]
   const Vector& mass;
-  double work = 0.0;  // excludes changes of the kinetic energy of these vertices [J]
+  double work = 0.0;  // work of the script [J], without changes of the vertices' kinetic energy
 
-  // Undoes the impulses that the rows have received, and adds the script's work against them.
+  // Undoes the impulses that the vertices in `rows` have received, and adds the script's work
+  // against these impulses to `work`.
   void absorb(Points& v) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const Index i = rows[k];

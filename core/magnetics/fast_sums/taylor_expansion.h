@@ -22,8 +22,9 @@ class TaylorExpansion {
   explicit TaylorExpansion(int order) : tables_(order) {}  // order: 3 ... highest_order
 
   int order() const { return tables_.order; }
-  // These functions return the number of components of an expansion. Moments have z exponents of at
-  // most 1, and local coefficients have any z exponent. Components are sorted by degree.
+  // moments_size() returns the number of multipole moments, which have z exponents of at most 1.
+  // local_size() returns the number of local coefficients, which have any z exponent. Both kinds
+  // are sorted by degree.
   int moments_size() const { return static_cast<int>(tables_.slim.size()); }
   int local_size() const { return static_cast<int>(tables_.powers.size()); }
 

@@ -23,8 +23,11 @@ struct LineOptions {
   // centre of bounding_ball() and four times its radius.
   Vec3 centre = Vec3::Zero();
   double extent = 0.0;
-  double tolerance = 1e-5;  // tolerated error of a step, as a fraction of the sphere's radius [1]
-  double length = 0.0;      // maximum length in each direction [m]; 0: 20 times this radius
+  // Tolerated error of a step, as a fraction of the radius of the sphere at which lines end [1].
+  double tolerance = 1e-5;
+  // Maximum length of a line in each direction [m]; 0: 20 times the radius of the sphere at which
+  // lines end.
+  double length = 0.0;
 };
 
 // Starting points of lines (n x 3) [m], and the directions in which they are traced: 1 along the

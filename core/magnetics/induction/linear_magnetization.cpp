@@ -212,7 +212,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
 double saturation_energy(const SoftBody& body, double effective) {
   if (body.saturation == 0.0 || !std::isfinite(effective)) return 0.0;
   const double r = effective / body.shape->susceptibility();
-  const double shape = r > 0.0 ? 1.0 - r * r + 2.0 * r * std::log(r) : 1.0;  // 0: ideal iron
+  const double shape = r > 0.0 ? 1.0 - r * r + 2.0 * r * std::log(r) : 1.0;  // r = 0: ideal iron
   return -0.5 * body.saturation * body.saturation / mu0 * body.shape->volume() / effective * shape;
 }
 

@@ -12,7 +12,7 @@ namespace loomstone {
 
 namespace {
 
-// The field on a sphere is projected on harmonics by a quadrature rule that is exact for products
+// The field on a sphere is projected onto harmonics by a quadrature rule that is exact for products
 // of two harmonics up to the degree of the sphere or least_of_samples, whichever is higher. With a
 // rule for degree 1, higher harmonics of a field that varies over the sphere would count as a
 // uniform field. Our choice. With the rule for degree 5, the relative error of the moment of a

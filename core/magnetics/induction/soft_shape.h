@@ -68,8 +68,9 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // on a sphere has about the relative error `tolerance`. The nearest source is at `distance` from
 // the sphere's centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns the degree for the same accuracy if the nearest source is another soft sphere of radius
-// `other_radius`. `distance` is the distance between the centres of the two spheres.
+// Returns the degree of the solid harmonics at which the force on a sphere has about the relative
+// error `tolerance` if the nearest source is another soft sphere of radius `other_radius`.
+// `distance` is the distance between the centres of the two spheres.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The

@@ -58,9 +58,9 @@ Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bod
 // quaternion is zero.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 
-// Both functions return a source and its pose in the frame of the mesh or of the vertices [m]. The
-// source's axes are parallel to those of this frame. Their origin is the centre of volume of the
-// mesh, or the mean of the vertices. Polarization [T], current [A].
+// make_mesh_magnet() and make_polyline() return a source and its pose in the frame of the mesh or
+// of the vertices [m]. The source's axes are parallel to those of this frame. Their origin is the
+// centre of volume of the mesh, or the mean of the vertices. Polarization [T], current [A].
 MagneticBody make_mesh_magnet(const TriangleMesh& mesh, const Vec3& polarization);
 MagneticBody make_polyline(Points vertices, double current);
 

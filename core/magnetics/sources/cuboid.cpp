@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// In units of half the diagonal. on_face: a point closer than this to the plane of a face is moved
-// to this distance; see across(). on_edge: distances from edges and corners that are smaller count
-// as this, which prevents divisions by zero.
+// Distances in units of half the diagonal. A point closer than on_face to the plane of a face is
+// moved to this distance; see across(). Distances from edges and corners count as at least on_edge,
+// which prevents divisions by zero.
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in

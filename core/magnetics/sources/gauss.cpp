@@ -1,5 +1,5 @@
-// The nodes are the roots of a Legendre polynomial, found by Newton's method. The polynomial is
-// evaluated by its three-term recurrence.
+// Gauss-Legendre rules. The nodes are the roots of a Legendre polynomial, found by Newton's method.
+// The polynomial is evaluated by its three-term recurrence.
 #include "core/magnetics/sources/gauss.h"
 
 #include <array>

@@ -17,7 +17,7 @@ struct SourceRecipe {
   using Value = std::variant<double, Vec3, Points>;
 
   std::string kind;  // name of the function of loomstone.magnetics to call; empty if none
-  std::vector<std::pair<std::string, Value>> values;  // arguments of this function, in SI units
+  std::vector<std::pair<std::string, Value>> values;  // arguments of function `kind`, in SI units
   std::shared_ptr<const TriangleMesh> mesh;           // mesh in the axes of the body [m], or null
   std::shared_ptr<const SourceRecipe> of;             // for cells: recipe of the magnet; else null
 };
