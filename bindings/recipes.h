@@ -1,5 +1,5 @@
-// Conversions of recipes to and from Python tuples, and of tuples to poses. They are used to pickle
-// magnetic sources and magnetisable bodies.
+// Converts recipes (SourceRecipe: how a source or magnetisable body was made) to and from Python
+// tuples, and tuples to poses. These functions are used to pickle sources and magnetisable bodies.
 #pragma once
 
 #include "bindings/bindings.h"

@@ -13,7 +13,7 @@ struct Material {
   Eigen::Vector3f front = Eigen::Vector3f::Zero(), back = Eigen::Vector3f::Zero();  // linear RGB
   bool own_color = false;  // whether the look has a colour or texture; false for cloth
   float roughness = 0.0f;
-  float pattern_size = 1.0f;  // edge of a square as large as the cloth's bounding box in uv [m]
+  float pattern_size = 1.0f;  // edge of a square with the area of the cloth's box in uv [m]
   GLuint texture = 0;         // 0: none
   Eigen::Vector2f texture_low = Eigen::Vector2f::Zero();  // uv of the image's lower left corner [m]
   Eigen::Vector2f texture_size = Eigen::Vector2f::Ones();  // size of the image in uv [m]

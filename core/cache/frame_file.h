@@ -1,6 +1,6 @@
 // Frames in HDF5 files (VTKHDF, temporal PolyData), which ParaView can open. If the run is killed,
-// the files remain consistent and, except in rare cases (see chunks_per_node in hdf5_file.cpp),
-// readable.
+// FrameReader still reads all complete frames. Other programs may show wrong values in the last
+// frames if the run is killed during a flush (hdf5_driver.h).
 #pragma once
 
 #include <memory>

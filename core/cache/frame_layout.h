@@ -32,7 +32,7 @@ inline const std::string looks = group + "/looks";
 
 // A row of the table of frames.
 struct FrameRow {
-  std::int64_t step = 0;  // number of completed steps; report.step - 1 after a failed step
+  std::int64_t step = 0;  // number of the last successful step; report.step - 1 after a failed step
   StepReport report;
 };
 

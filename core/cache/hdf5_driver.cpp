@@ -107,8 +107,9 @@ herr_t write_ranges(const JournaledFile& file, const PendingBytes& bytes) {
   return 0;
 }
 
-// Writes the pending bytes. The file does not refer to those beyond its length at the last flush
-// before the others are changed, so the journal contains only the others.
+// Writes the pending bytes. Those beyond the length of the file at the last flush need no journal,
+// because nothing refers to them until the bytes before that length are changed. The journal
+// contains these changes.
 herr_t flush_pending(JournaledFile& file) {
   if (file.pending.empty()) return 0;
   const auto [changed, added] = file.pending.split_at(file.flushed);

@@ -1,5 +1,5 @@
 // A journal of bytes that replace parts of a file. A writer adds the journal to the end of the file
-// before it changes these parts, and removes it afterwards. If the writer is killed between, a
+// before it changes these parts, and removes it afterwards. If the writer is killed in between, a
 // reader takes the bytes from the journal, so it sees all changes or none.
 #pragma once
 
@@ -19,11 +19,11 @@ class PendingBytes {
   void clear() { ranges_.clear(); }
   std::uint64_t end() const;  // end of the last range, or 0 without ranges
   bool overlap(std::uint64_t address, std::uint64_t count) const;
-  // Sets `bytes.size()` bytes of the file, starting at `address`.
+  // Adds `bytes`, which belong at `address` in the file. They replace pending bytes at this place.
   void put(std::uint64_t address, std::span<const unsigned char> bytes);
-  // Returns the pending bytes before `address` and those from it on.
+  // Returns the pending bytes before `address` and those from `address` on.
   std::pair<PendingBytes, PendingBytes> split_at(std::uint64_t address) const;
-  // Replaces those bytes in `bytes`, read from the file at `address`, that are pending.
+  // Overwrites `bytes`, read from the file at `address`, with the pending bytes of this range.
   void apply_to(std::uint64_t address, std::span<unsigned char> bytes) const;
   const std::map<std::uint64_t, std::vector<unsigned char>>& ranges() const { return ranges_; }
 
@@ -50,7 +50,7 @@ JournalTrailer journal_trailer(std::uint64_t start, std::span<const unsigned cha
 // Returns the journal at the end of an open file, or nothing if the file has none.
 std::optional<Journal> read_journal(int file);
 
-// Functions like pread() and pwrite(), which repeat incomplete transfers. read_fully() sets bytes
+// Like pread() and pwrite(), but continue until all bytes are transferred. read_fully() sets bytes
 // beyond the end of the file to 0. Both return false, with errno set, if the system refuses.
 bool read_fully(int file, std::uint64_t address, std::span<unsigned char> bytes);
 bool write_fully(int file, std::uint64_t address, std::span<const unsigned char> bytes);

@@ -80,7 +80,7 @@ struct PcgSolve {
   // A vector with four numbers for each row of the system.
   struct WholeVector {
     const double* data;
-    std::unique_ptr<double[]> room;  // memory of `data`, unless this is PcgMemory::x
+    std::unique_ptr<double[]> room;  // memory of `data`; null if `data` is PcgMemory::x
   };
   // Returns x in the rows of this rank and in those rows of other ranks that the product A x needs.
   // Other rows are undefined. Evaluates the terms at x. Collective.

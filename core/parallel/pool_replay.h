@@ -13,8 +13,8 @@
 
 namespace loomstone {
 
-// Tests of one traversal and their costs. The tests that follow from test i are numbered
-// first_child[i] to first_child[i] + n_children[i] - 1.
+// Tests of one traversal (task_pool.h) and their costs. The tests that follow from test i are
+// numbered first_child[i] to first_child[i] + n_children[i] - 1.
 struct RecordedTests {
   std::vector<Index> first_child, n_children;
   std::vector<double> seconds;            // cost of each test [s]

@@ -32,8 +32,8 @@ inline IndexRange even_share(Index n, int rank, int size) {
   return {start(rank), start(rank + 1)};
 }
 
-// Cuts pieces of work into `n_ranges` contiguous ranges of about the same cost. Returns the start
-// of each range, followed by the number of pieces.
+// Divides a sequence of pieces of work into `n_ranges` contiguous ranges of about the same cost.
+// Returns the first piece of each range, followed by the number of pieces.
 inline std::vector<std::size_t> contiguous_ranges(const std::vector<float>& costs, int n_ranges) {
   const double sum = std::accumulate(costs.begin(), costs.end(), 0.0);
   std::vector<std::size_t> starts{0};

@@ -135,8 +135,8 @@ class Reduction {
   Indices bearing_;
 };
 
-// Leaves out contacts that are closer than `distance` [m] to an earlier contact. All edges at a
-// corner of the hull give the same contact, and so do the triangles at a corner or side.
+// Leaves out contacts that are closer than `distance` [m] to an earlier contact. Edges of the hull
+// that share a corner give the same contact there, and so do triangles that share a corner or side.
 void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
   // Contacts at equal points follow each other when sorted along an axis. This axis is skew, so
   // that few points of a grid have the same coordinate. Its length is at most 1.

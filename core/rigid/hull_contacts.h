@@ -60,8 +60,8 @@ class HullOnTriangles {
   // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
   // `from` if no corner is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines two axes of least overlap of triangle t: `best` among all candidates, and `met`
-  // among the axes along which contacts are admissible. The normal of the triangle is always
+  // Determines two axes of least overlap of hull and triangle t: `best` among all candidates, and
+  // `met` among the axes along which contacts are admissible. The normal of the triangle is always
   // admissible. The normal of two edges is a candidate only if the nearest points of their lines
   // lie on the edges. Returns false if there is no contact. This is the case if the gap along some
   // axis exceeds `near`, or if hull and triangle overlap along `best` but are clearly apart along

@@ -1,4 +1,4 @@
-// Collision algorithm for Bullet: pairs of convex bodies, of which at least one is no sphere.
+// Collision algorithm for Bullet: pairs of convex bodies, at least one of which is not a sphere.
 #pragma once
 
 #include <array>

@@ -39,7 +39,7 @@ struct RigidBody {
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  // Contact distance to cloth [m]; 0: the largest of the cloths, or 1 mm without cloth.
+  // Contact distance to cloth [m]; 0: the largest thickness of a cloth, or 1 mm without cloth.
   double thickness = 0.0;
   std::optional<Look> look;
 

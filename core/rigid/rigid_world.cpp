@@ -192,7 +192,7 @@ std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const R
   return free;
 }
 
-// Gives the bodies that nothing has touched the orientations of their free motion.
+// Sets the orientations of bodies that nothing has touched to those of their free motion.
 void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!free[i].orientation || !free[i].is_of(*engine->bodies[i])) continue;

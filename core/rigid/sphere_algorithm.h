@@ -8,8 +8,8 @@ namespace loomstone {
 // Replaces Bullet's algorithms, which create contacts between spheres only once these overlap,
 // create several contacts for one pair of spheres, and let spheres get caught at internal edges of
 // a flat surface.
-// Unless the bodies bounce, this algorithm also creates the contacts that the sphere will reach on
-// its path in this step. The sphere then moves until it touches the other surface, without
+// This algorithm also creates the contacts that the sphere will reach on its path in this step.
+// Unless the bodies bounce, the sphere then moves until it touches the other surface, without
 // overlapping it first. A sphere that is struck during the step leaves this path and may overlap
 // for one step.
 class SphereAlgorithms {

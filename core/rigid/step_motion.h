@@ -7,8 +7,8 @@ namespace loomstone {
 
 // Returns the pose of a shape after a step in which nothing touches its body.
 btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step);
-// Returns the motion of the second object in a step in which nothing touches the two objects, in
-// the axes of the first.
+// Returns the motion of the second object relative to the first, in the axes of the first, for a
+// step in which nothing touches the two objects.
 btTransform relative_motion(const btCollisionObjectWrapper& first,
                             const btCollisionObjectWrapper& second, btScalar step);
 // Returns an upper bound on the distance by which points of a shape move in a motion that is given
