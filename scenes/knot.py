@@ -25,7 +25,7 @@ def integrator(triangles: int = 6000) -> ls.Integrator:
 
 
 def centre_line(n: int) -> np.ndarray:
-    """Returns evenly spaced points (n + 1 x 3) of an open trefoil knot [m].
+    """Returns evenly spaced points ((n + 1) x 3) of an open trefoil knot [m].
 
     Seen along y, the curve is x = t^3 - 3 t and z = t^4 - 4 t^2, up to a scale. It crosses itself
     at t = +-0.518, +-1.732 and +-1.932, where it passes alternately in front and behind.

@@ -1,5 +1,6 @@
 """Measures the time that the active set saves in the scene sphere_slide if coloured Gauss-Seidel
-alone enforces the strain limits (thesis: 2.92 s per frame without the active set, 1.53 s with it).
+alone enforces the strain limits. [Thomaszewski2010] reports 2.92 s per frame without the active set
+and 1.53 s with it.
 
     python tests/benchmarks/active_set.py --limits 0.04 0.03 0.028 0.025
 

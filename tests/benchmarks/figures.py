@@ -1,4 +1,4 @@
-"""Redraws figures of chapter 4 of the thesis. Each becomes one picture in the directory --out.
+"""Redraws figures of chapter 4 of [Thomaszewski2010], each as one picture in the directory --out.
 
     python tests/benchmarks/figures.py [--figures 4.2 4.4 4.5 4.7 4.8 4.9 --out out/figures]
 

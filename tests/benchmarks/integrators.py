@@ -1,5 +1,6 @@
 """All integrators on the swinging sheet of scenes/swing_integrators.py: a table of times, energy
-over time as a plot, and pictures at one instant side by side (figures 4.1 and 4.6 of the thesis).
+over time as a plot, and pictures at one instant side by side, as in figures 4.1 and 4.6 of
+[Thomaszewski2010].
 
     python tests/benchmarks/integrators.py [--triangles 5016 --duration 4 --instant 2.2 --limit 0.1
     --plot integrators.png --pictures sheets.png]

@@ -1,5 +1,5 @@
-"""Table 6.1 of the thesis: times of the magnetic scenes with dipole cells and with the accurate
-engine, in one run on one thread.
+"""Table 6.1 of [Thomaszewski2010]: times of the magnetic scenes with dipole cells and with the
+accurate engine, in one run on one thread.
 
     python tests/benchmarks/magnetic_scenes.py [--steps 400]
             [--scenes toy_magnets lift levitation]

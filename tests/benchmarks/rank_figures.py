@@ -1,4 +1,4 @@
-"""Redraws figures of chapter 5 of the thesis. Each becomes one picture in the directory --out.
+"""Redraws figures of chapter 5 of [Thomaszewski2010], each as one picture in the directory --out.
 
     python tests/benchmarks/rank_figures.py [--figures 5.1 5.4 5.5 5.6 --out out/figures]
 

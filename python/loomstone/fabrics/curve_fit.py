@@ -4,7 +4,7 @@ Each mode of deformation is described by a stiffness and, except for bending, a 
 which the measured curve reaches a given load (default 150 gf/cm). The shear limit can also be given
 directly. The stiffness is fitted to the curve up to the limit, by least squares in closed form. The
 model has the stiffnesses E and G and the bending rigidity B. In equilibrium, its load P or moment M
-per width is
+per width is as follows, where (2.23) is an equation of [Thomaszewski2010]:
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial: (2.23) without transverse load
     shear:       P = G g,  g = tan(angle)                 engineering shear g, to first order

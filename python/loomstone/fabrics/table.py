@@ -43,7 +43,8 @@ class Row:
     weft, warp : Young's modulus along weft or warp, times the thickness [N/m]
     shear : shear modulus times thickness, the load per engineering shear [N/m]
     bending : rigidities of strips cut along weft, along warp and on the bias [N m]
-    limits : largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown
+    limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown.
+        The strain is U - I with the right stretch tensor U.
     """
 
     source: str
@@ -116,8 +117,8 @@ _NEGATIVE = "the fit's negative coupling is taken as 0"
 def _bending(warp: float) -> tuple[float, float, float]:
     """Returns the rigidities of strips along weft, along warp and on the bias [N m].
 
-    warp : median rigidity along warp of the fabrics in [Feng2022] that weigh as much per area as
-        this one [N m]
+    warp : rigidity along warp [N m]: the median of those fabrics in [Feng2022] that have the same
+        mass per area
     """
     return 0.6354 * warp, warp, 0.8316 * warp
 

@@ -235,8 +235,8 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
 def boundary_loops(triangles: NDArray[np.integer]) -> list[list[int]]:
     """Returns the vertices of each boundary loop, in the direction of the boundary half-edges.
 
-    Loops may touch in a vertex. Each then passes along the triangles that are joined there by
-    edges.
+    Loops may touch at a vertex. A loop that reaches such a vertex leaves it along the same fan of
+    triangles, whose neighbours share edges.
     """
     third = {}  # of each half-edge (a, b): the third vertex of its triangle
     for a, b, c in triangles.tolist():

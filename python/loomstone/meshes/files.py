@@ -23,7 +23,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     Other formats need the package meshio.
 
     with_uv : whether texture coordinates of OBJ, PLY, USD (primvars:st) and glTF (TEXCOORD_0) are
-        read, unchanged; obstacles and bodies need them only for a texture
+        read, without scaling; obstacles and bodies need them only for a texture
 
     Raises CacheError if the file cannot be read or is malformed, InvalidInput if it holds no valid
     mesh, and Unsupported if a package is missing.
@@ -42,7 +42,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
         ) from None
     try:
         content = meshio.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise errors of all kinds
+    except (Exception, SystemExit) as error:  # readers of meshio raise errors of all kinds
         raise _core.CacheError(f"{path}: cannot be read as a mesh: {error}") from error
     try:
         mesh = converted(content)

@@ -31,8 +31,9 @@ _END = b"\0\0\0\0IEND\xaeB`\x82"
 
 def options_from_dict(values: dict[str, Any]) -> RenderOptions:
     """Restores RenderOptions from the values that to_dict() returned."""
+    # In files of older versions, equal values at both ends of the colour map mean automatic ends.
     if values.get("color_low") is not None and values["color_low"] == values.get("color_high"):
-        values = values | {"color_low": None, "color_high": None}  # automatic in older files
+        values = values | {"color_low": None, "color_high": None}
     if "camera" not in values:
         return RenderOptions(**values)
     given = {name: value for name, value in values["camera"].items() if value != []}

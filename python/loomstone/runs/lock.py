@@ -74,7 +74,7 @@ class DirectoryLock:
                 continue
             self._descriptor = descriptor
             _held.add(self)
-            with suppress(OSError):  # a full disk; the message then names no process
+            with suppress(OSError):  # a full disk; error messages then do not name this process
                 os.ftruncate(descriptor, 0)
                 os.pwrite(
                     descriptor, f"process {os.getpid()} on host {platform.node()}".encode(), 0
