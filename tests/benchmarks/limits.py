@@ -1,5 +1,5 @@
-"""Strain limits at several mesh sizes (table 3.1 of [Thomaszewski2010]): sweeps, times and remaining
-excess of each method.
+"""Strain limits at several mesh sizes (table 3.1 of [Thomaszewski2010]): sweeps, times and
+remaining excess of each method.
 
     python tests/benchmarks/limits.py --triangles 900 3600 14400 --duration 1.0
     python tests/benchmarks/limits.py --triangles 900 3600 14400 36000 100000 --start 0.32
@@ -11,9 +11,9 @@ state.
 
 For each mesh, the first row has no limits. The next rows are edge-based limiting (ESL), coloured
 and random Gauss-Seidel, and Jacobi (one and two threads), each after an implicit step without
-limits, as in [Thomaszewski2010]. The last row is the default: coloured Gauss-Seidel after a solve with
-limits. Times are processor times of a step. The time of limiting is the time of a step multiplied
-by the share of limiting in the wall time.
+limits, as in [Thomaszewski2010]. The last row is the default: coloured Gauss-Seidel after a solve
+with limits. Times are processor times of a step. The time of limiting is the time of a step
+multiplied by the share of limiting in the wall time.
 """
 
 from __future__ import annotations

@@ -384,7 +384,7 @@ TEST_CASE("a box that lands almost flat does not sink in at the edge that lands 
     lowest = std::min(lowest, state.positions(0, 2) - 0.05 * std::abs(turned(2, 0)) -
                                   0.015 * std::abs(turned(2, 1)) - 0.01 * turned(2, 2));
   }
-  CHECK(lowest > -5e-5);  // the box turns by up to 0.01 within a step
+  CHECK(lowest > -5e-5);  // the box turns by up to 0.01 rad within a step
   CHECK(state.velocities.row(0).norm() < 1e-3);
 }
 
