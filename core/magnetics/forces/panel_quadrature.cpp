@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/base/simd.h"
+#include "core/magnetics/forces/cut_panels.h"
 #include "core/magnetics/forces/overlap.h"
 #include "core/magnetics/sources/gauss.h"
 
 namespace loomstone {
 
 namespace {
+
+// Number of parts of a flat panel above which the panel is cut along the faces of a cuboid.
+constexpr Index most_uncut_parts = 16;
 
 // Integrand of the force and torque, or of the energy, in the axes of the source `by`.
 struct Integrand : PanelTask {
@@ -78,8 +83,7 @@ double rule_error(const Vec6* sums, const GaussRule& rule) {
   return largest > 0.0 ? 2.0 * last * last / largest : 0.0;
 }
 
-void integrate(const Integrand& integrand, int n, Leaf& leaf) {
-  const Panel& panel = integrand.panels[leaf.panel];
+void integrate(const Integrand& integrand, const Panel& panel, int n, Leaf& leaf) {
   const int nu = n, nv = panel.line() ? 1 : n;
   const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
   Vec6 values[points_per_block], along_u[most_gauss_points], along_v[most_gauss_points];
@@ -114,38 +118,76 @@ Total total_of(const std::vector<Leaf>& leaves) {
   return t;
 }
 
+// The panels of an integral and their parts.
+struct Subdivision {
+  const Integrand& integrand;
+  // Number of points of the rules in each direction. Larger numbers are faster at small tolerances.
+  int n;
+  std::vector<Panel> panels;
+  std::vector<Leaf> leaves = {};
+  std::vector<Index> n_parts = {};  // (panels) number of leaves; -1: not to be cut
+  Index evaluations = 0;
+
+  void integrate_leaf(Leaf& leaf) {
+    integrate(integrand, panels[leaf.panel], n, leaf);
+    evaluations += n * n;
+  }
+
+  void add_leaf(Index panel) {
+    leaves.push_back(Leaf{panel, {0.0, 0.0}, {1.0, 1.0}, Vec6::Zero(), {0.0, 0.0}});
+    integrate_leaf(leaves.back());
+  }
+
+  void bisect(std::size_t i) {
+    const int axis = leaves[i].error[0] >= leaves[i].error[1] ? 0 : 1;
+    leaves[i].size[axis] *= 0.5;
+    Leaf other = leaves[i];
+    other.from[axis] += other.size[axis];
+    integrate_leaf(leaves[i]);
+    integrate_leaf(other);
+    leaves.push_back(other);
+    if (n_parts[other.panel] >= 0) ++n_parts[other.panel];
+  }
+
+  // Replaces a flat panel that has many parts by triangles, along whose edges the field is
+  // singular. Parts of these triangles resolve it with far fewer points.
+  void cut(Index panel, const UniformCuboid& cuboid) {
+    std::erase_if(leaves, [&](const Leaf& leaf) { return leaf.panel == panel; });
+    n_parts[panel] = -1;
+    for (const Panel& triangle : cut_along_faces(panels[panel], integrand.pose, cuboid)) {
+      panels.push_back(triangle);
+      n_parts.push_back(-1);
+      add_leaf(static_cast<Index>(panels.size()) - 1);
+    }
+  }
+};
+
+bool flat(const Panel& panel) {
+  return panel.shape == Panel::Shape::parallelogram || panel.shape == Panel::Shape::triangle;
+}
+
 // Integrates over all panels. Bisects leaves whose error exceeds half of an equal share of the
 // tolerated error, until the total error meets the tolerance or most_evaluations is exceeded.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // `n` is the number of points in each direction. Larger numbers are faster at small tolerances.
-  const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
-  std::vector<Leaf> leaves(integrand.panels.size());
-  Index evaluations = 0;
-  for (Index p = 0; p < static_cast<Index>(leaves.size()); ++p) {
-    leaves[p] = Leaf{p, {0.0, 0.0}, {1.0, 1.0}, Vec6::Zero(), {0.0, 0.0}};
-    integrate(integrand, n, leaves[p]);
-    evaluations += n * n;
+  Subdivision all{integrand, tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10, integrand.panels};
+  const std::optional<UniformCuboid> cuboid = integrand.by.uniform_cuboid();
+  for (std::size_t p = 0; p < integrand.panels.size(); ++p) {
+    all.n_parts.push_back(cuboid && flat(all.panels[p]) ? 1 : -1);
+    all.add_leaf(static_cast<Index>(p));
   }
   for (;;) {
-    const Total total = total_of(leaves);
+    const Total total = total_of(all.leaves);
     const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
     // If the integrals over the leaves nearly cancel, the tolerance is relative to 1e-6 of the sum
     // of the norms of these integrals.
     const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
-    if (total.error <= goal || evaluations > most_evaluations) return total;
-    const double share = 0.5 * goal / static_cast<double>(leaves.size());
-    const std::size_t count = leaves.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      if (leaves[i].error[0] + leaves[i].error[1] <= share) continue;
-      const int axis = leaves[i].error[0] >= leaves[i].error[1] ? 0 : 1;
-      leaves[i].size[axis] *= 0.5;
-      Leaf other = leaves[i];
-      other.from[axis] += other.size[axis];
-      integrate(integrand, n, leaves[i]);
-      integrate(integrand, n, other);
-      leaves.push_back(other);
-      evaluations += 2 * n * n;
-    }
+    if (total.error <= goal || all.evaluations > most_evaluations) return total;
+    const double share = 0.5 * goal / static_cast<double>(all.leaves.size());
+    const std::size_t count = all.leaves.size();
+    for (std::size_t i = 0; i < count; ++i)
+      if (all.leaves[i].error[0] + all.leaves[i].error[1] > share) all.bisect(i);
+    for (std::size_t p = 0; p < integrand.panels.size(); ++p)
+      if (all.n_parts[p] > most_uncut_parts) all.cut(static_cast<Index>(p), *cuboid);
   }
 }
 

@@ -1,0 +1,21 @@
+// Flat panels, cut along the planes of a cuboid's faces.
+#pragma once
+
+#include <vector>
+
+#include "core/base/rotation.h"
+#include "core/magnetics/sources/panel.h"
+#include "core/magnetics/sources/source.h"
+
+namespace loomstone {
+
+// Returns triangles that together cover the parallelogram or triangle `panel`. They carry its
+// charge density. The planes of the cuboid's faces cut the panel into convex pieces; the triangles
+// of a piece share the mean of its corners as first corner, and the opposite edge of each triangle
+// is an edge of the piece. The field of a charged face is singular at the face's edges. Where such
+// an edge lies on the panel, it therefore coincides with edges u = 1 of triangles. `pose` is the
+// pose of the panel in the axes of the cuboid, which is centred at the origin.
+std::vector<Panel> cut_along_faces(const Panel& panel, const RigidPose& pose,
+                                   const UniformCuboid& cuboid);
+
+}  // namespace loomstone
