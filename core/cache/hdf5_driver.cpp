@@ -20,6 +20,7 @@
 #include <H5FDdevelop.h>
 #endif
 
+#include "core/cache/hdf5_handles.h"
 #include "core/cache/hdf5_journal.h"
 
 namespace loomstone::hdf5 {
@@ -28,14 +29,18 @@ namespace {
 
 // HDF5 writes metadata (the superblock, headers and indices of datasets) many times between two
 // flushes and in no particular order. Therefore, metadata stays in `pending` until the flush. Raw
-// data goes directly to the file, because no metadata refers to it before the flush.
+// data goes directly to the file: it fills rows that readers do not read before the flush.
 struct JournaledFile : H5FD_t {
   int descriptor = -1;
+  bool writes = false;        // true: open for writing
+  bool discards = false;      // true: changes stay in `pending` and are lost at the end
   haddr_t end_allocated = 0;  // HDF5's end of allocated space (EOA) [bytes]
   haddr_t length = 0;         // length of the file without a journal [bytes]
   haddr_t flushed = 0;        // value of `length` after the last flush [bytes]
-  PendingBytes pending;
-  bool half_flushed = false;  // true: the file needs the journal at its end
+  PendingBytes pending;       // if the file is open for reading: metadata that has been read
+  // True: a flush has failed, and the file needs the journal at its end. The journal contains those
+  // bytes in `pending` that lie before `flushed`.
+  bool half_flushed = false;
 
   JournaledFile() : H5FD_t{} {}
   ~JournaledFile() {
@@ -68,7 +73,8 @@ herr_t guarded(const Work& work) {
 }
 
 herr_t open_into(JournaledFile& file, const char* name, unsigned flags) {
-  int mode = flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY;
+  file.writes = flags & H5F_ACC_RDWR;
+  int mode = file.writes ? O_RDWR : O_RDONLY;
   if (flags & H5F_ACC_TRUNC) mode |= O_TRUNC;
   if (flags & H5F_ACC_CREAT) mode |= O_CREAT;
   if (flags & H5F_ACC_EXCL) mode |= O_EXCL;
@@ -132,14 +138,19 @@ herr_t flush_pending(JournaledFile& file) {
   return 0;
 }
 
-herr_t flush_file(H5FD_t* file, hid_t, hbool_t) {
-  return guarded([&] { return flush_pending(ours(file)); });
+herr_t flush_file(H5FD_t* base, hid_t, hbool_t) {
+  JournaledFile& file = ours(base);
+  if (!file.writes || file.discards) return 0;
+  return guarded([&] { return flush_pending(file); });
 }
 
 herr_t close_file(H5FD_t* base) {
   const std::unique_ptr<JournaledFile> file(&ours(base));
-  const bool writes = (fcntl(file->descriptor, F_GETFL) & O_ACCMODE) != O_RDONLY;
-  return writes ? flush_file(base, H5P_DEFAULT, true) : 0;
+  const herr_t flushed = flush_file(base, H5P_DEFAULT, true);
+  // Network file systems may report a full disk only now.
+  if (::close(std::exchange(file->descriptor, -1)) != 0)
+    return refused("close the file", H5E_CANTCLOSEFILE);
+  return flushed;
 }
 
 int compare_files(const H5FD_t* a, const H5FD_t* b) {
@@ -154,7 +165,7 @@ int compare_files(const H5FD_t* a, const H5FD_t* b) {
 herr_t query_features(const H5FD_t*, unsigned long* flags) {
   if (flags)
     *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
-             H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_POSIX_COMPAT_HANDLE;
+             H5FD_FEAT_AGGREGATE_SMALLDATA;
   return 0;
 }
 
@@ -165,25 +176,29 @@ herr_t set_end_of_allocated(H5FD_t* file, H5FD_mem_t, haddr_t address) {
   return 0;
 }
 
-haddr_t end_of_file(const H5FD_t* file, H5FD_mem_t) { return ours(file).length; }
+// If another process writes the file, it may have grown.
+haddr_t end_of_file(const H5FD_t* base, H5FD_mem_t) {
+  const JournaledFile& file = ours(base);
+  struct stat status = {};
+  if (file.writes || fstat(file.descriptor, &status) != 0) return file.length;
+  return std::max(file.length, static_cast<haddr_t>(status.st_size));
+}
 
 herr_t handle_of(H5FD_t* file, hid_t, void** handle) {
-  *handle = &ours(file).descriptor;
+  *handle = &ours(file);
   return 0;
 }
 
-herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, size_t count, void* buffer) {
-  const JournaledFile& file = ours(base);
+herr_t read_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, size_t count,
+                  void* buffer) {
+  JournaledFile& file = ours(base);
   const std::span bytes(static_cast<unsigned char*>(buffer), count);
-  if (!read_fully(file.descriptor, address, bytes)) return refused("read", H5E_READERROR);
-  // What lies beyond `length` belongs to a journal.
-  if (address + count > file.length) {
-    const haddr_t inside = std::max(file.length, address) - address;
-    std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(inside), bytes.end(),
-              static_cast<unsigned char>(0));
-  }
-  file.pending.apply_to(address, bytes);
-  return 0;
+  return guarded([&] {
+    if (!read_fully(file.descriptor, address, bytes)) return refused("read", H5E_READERROR);
+    file.pending.apply_to(address, bytes);
+    if (!file.writes && type != H5FD_MEM_DRAW) file.pending.put(address, bytes);
+    return 0;
+  });
 }
 
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, size_t count,
@@ -191,11 +206,11 @@ herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, size_t
   JournaledFile& file = ours(base);
   const std::span bytes(static_cast<const unsigned char*>(buffer), count);
   return guarded([&] {
-    if (type != H5FD_MEM_DRAW || file.pending.overlap(address, count)) {
+    if (file.half_flushed && !file.discards && flush_pending(file) < 0) return -1;
+    if (type != H5FD_MEM_DRAW || file.discards || file.pending.overlap(address, count)) {
       file.pending.put(address, bytes);
       return 0;
     }
-    if (file.half_flushed && flush_pending(file) < 0) return -1;
     if (!write_fully(file.descriptor, address, bytes)) return refused("write", H5E_WRITEERROR);
     file.length = std::max<haddr_t>(file.length, address + count);
     return 0;
@@ -206,6 +221,7 @@ herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, size_t
 // next flush, because its superblock contains the old end until then.
 herr_t truncate_file(H5FD_t* base, hid_t, hbool_t) {
   JournaledFile& file = ours(base);
+  if (!file.writes || file.discards) return 0;
   if (file.half_flushed && flush_file(base, H5P_DEFAULT, false) < 0) return -1;
   return file.length >= file.end_allocated ? 0 : set_length(file, file.end_allocated);
 }
@@ -236,12 +252,40 @@ H5FD_class_t driver_class() {
   return result;
 }
 
+// Returns an open file of this driver, or null for files of other drivers.
+JournaledFile* journaled_file(hid_t file) {
+  const Id access(H5Fget_access_plist(file));
+  void* handle = nullptr;
+  if (H5Pget_driver(access) != journal_driver() ||
+      H5Fget_vfd_handle(file, H5P_DEFAULT, &handle) < 0)
+    return nullptr;
+  return static_cast<JournaledFile*>(handle);
+}
+
 }  // namespace
 
 hid_t journal_driver() {
   static const H5FD_class_t type = driver_class();
   static const hid_t id = H5FDregister(&type);
   return id;
+}
+
+bool still_as_read(hid_t file) {
+  const JournaledFile* const found = journaled_file(file);
+  if (!found || found->writes) return true;
+  const std::optional<Journal> journal = read_journal(found->descriptor);
+  std::vector<unsigned char> there;
+  for (const auto& [address, bytes] : found->pending.ranges()) {
+    there.resize(bytes.size());
+    if (!read_fully(found->descriptor, address, there)) return false;
+    if (journal) journal->bytes.apply_to(address, there);
+    if (there != bytes) return false;
+  }
+  return true;
+}
+
+void discard_changes(hid_t file) {
+  if (JournaledFile* const found = journaled_file(file)) found->discards = true;
 }
 
 }  // namespace loomstone::hdf5

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/base/message.h"
@@ -24,7 +24,7 @@ namespace {
 // file also closes all its objects.
 hid_t file_access() {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  H5Pset_driver(access, journal_driver(), nullptr);
+  checked(H5Pset_driver(access, journal_driver(), nullptr), "HDF5", "use the file driver");
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
   return access;
 }
@@ -37,6 +37,35 @@ hid_t file_creation() {
   const hid_t creation = H5Pcreate(H5P_FILE_CREATE);
   H5Pset_istore_k(creation, chunks_per_node / 2);
   return creation;
+}
+
+// Reads the headers and chunk indices of all datasets. The driver keeps them.
+void read_structure(hid_t file) {
+  const auto visit = [](hid_t root, const char* name, const H5O_info_t* info, void*) -> herr_t {
+    if (info->type != H5O_TYPE_DATASET) return 0;
+    const Id dataset(H5Dopen2(root, name, H5P_DEFAULT));
+    const Id space(H5Dget_space(dataset)), creation(H5Dget_create_plist(dataset));
+    hsize_t n_chunks = 0;
+    if (H5Pget_layout(creation) == H5D_CHUNKED) H5Dget_num_chunks(dataset, space, &n_chunks);
+    return 0;
+  };
+  H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, nullptr, H5O_INFO_BASIC);
+}
+
+// What changes when a file is written or replaced.
+struct FileStamp {
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t length = 0;
+  std::int64_t seconds = 0, nanoseconds = 0;
+  bool operator==(const FileStamp&) const = default;
+};
+
+FileStamp stamp_of(const std::string& path) {
+  struct stat status = {};
+  if (stat(path.c_str(), &status) != 0) return {};
+  return {status.st_dev, status.st_ino, status.st_size, status.st_mtim.tv_sec,
+          status.st_mtim.tv_nsec};
 }
 
 }  // namespace
@@ -55,23 +84,9 @@ Hdf5File& Hdf5File::operator=(Hdf5File&& other) noexcept {
 Hdf5File::~Hdf5File() {
   const Quiet quiet;
   if (file_ < 0) return;
-  if (shared_->unwritten) cut_off();
+  // Changes since the last flush may be incomplete.
+  if (shared_->unwritten) discard_changes(file_);
   H5Fclose(file_);
-}
-
-// Redirects the open file to /dev/null, so that closing it writes nothing. On a full disk, closing
-// the file would record an end of file beyond the actual end, and the file would be unreadable.
-// Data that was not flushed is lost, as if the process had been killed.
-void Hdf5File::cut_off() const {
-  const Id access(H5Fget_access_plist(file_));
-  void* handle = nullptr;
-  if (H5Pget_driver(access) != journal_driver() ||
-      H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle) < 0)
-    return;
-  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  if (nowhere < 0) return;
-  ::dup2(nowhere, *static_cast<int*>(handle));
-  ::close(nowhere);
 }
 
 Hdf5File Hdf5File::create(const std::string& path) {
@@ -104,10 +119,22 @@ Hdf5File Hdf5File::open(const std::string& path) {
         "{}: not an HDF5 file, or one whose beginning is damaged; give a file that loomstone "
         "wrote.",
         path);
+  // If another process changes the file while its structure is read, the parts may not fit.
+  constexpr int most_attempts = 200;
+  constexpr useconds_t pause = 5000;  // [us]
   const Id access(file_access());
-  const hid_t id = H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
-  if (id < 0) fail<CacheError>("{}: the file is truncated or damaged: {}.", path, last_cause());
-  return {id, path};
+  for (int attempt = 1;; ++attempt) {
+    const FileStamp before = stamp_of(path);
+    const hid_t id = H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
+    if (id < 0 && stamp_of(path) == before)
+      fail<CacheError>("{}: the file is truncated or damaged: {}.", path, last_cause());
+    if (id >= 0) read_structure(id);
+    if (id >= 0 && still_as_read(id)) return {id, path};
+    if (id >= 0) H5Fclose(id);
+    if (attempt == most_attempts)
+      fail<CacheError>("{}: another process writes the file all the time; try again later.", path);
+    usleep(pause);
+  }
 }
 
 Hdf5File Hdf5File::open_image(std::span<const unsigned char> bytes, const std::string& name) {

@@ -146,7 +146,6 @@ class Hdf5File {
                                   std::vector<std::int64_t>& shape) const;
   void finish_reading_array(std::int64_t dataset, const std::string& path, Number type,
                             void* values) const;
-  void cut_off() const;
   std::int64_t file_ = -1;
   std::shared_ptr<Hdf5Shared> shared_;
 };

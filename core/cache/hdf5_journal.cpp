@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <iterator>
 
@@ -26,17 +27,43 @@ void append(std::vector<unsigned char>& records, std::uint64_t number) {
   records.insert(records.end(), bytes, bytes + sizeof number);
 }
 
-// Returns the bytes of the records, or nothing if a record is longer than what remains.
-std::optional<PendingBytes> parsed(std::span<const unsigned char> records) {
+std::span<const unsigned char> head_of(const JournalTrailer& trailer) {
+  return {reinterpret_cast<const unsigned char*>(&trailer), offsetof(JournalTrailer, trailer)};
+}
+
+// Address and number of bytes of a record, which precede its bytes.
+struct RecordHead {
+  std::uint64_t address, count;
+};
+
+// Returns whether the records between `start` and `end` in the file are in ascending order and
+// change only bytes before `start`. Reads only their heads.
+bool records_fit(int file, std::uint64_t start, std::uint64_t end) {
+  std::uint64_t at = start, least = 0;
+  while (at < end) {
+    RecordHead head = {};
+    if (end - at < sizeof head ||
+        !read_fully(file, at, {reinterpret_cast<unsigned char*>(&head), sizeof head}))
+      return false;
+    at += sizeof head;
+    if (head.address < least || head.address > start || head.count == 0 ||
+        head.count > start - head.address || head.count > end - at)
+      return false;
+    least = head.address + head.count;
+    at += head.count;
+  }
+  return true;
+}
+
+// Returns the bytes of records for which records_fit() is true.
+PendingBytes parsed(std::span<const unsigned char> records) {
   PendingBytes result;
   while (!records.empty()) {
-    std::uint64_t head[2] = {};  // address, count
-    if (records.size() < sizeof head) return std::nullopt;
-    std::memcpy(head, records.data(), sizeof head);
+    RecordHead head = {};
+    std::memcpy(&head, records.data(), sizeof head);
     records = records.subspan(sizeof head);
-    if (head[1] > records.size()) return std::nullopt;
-    result.put(head[0], records.first(head[1]));
-    records = records.subspan(head[1]);
+    result.put(head.address, records.first(head.count));
+    records = records.subspan(head.count);
   }
   return result;
 }
@@ -59,7 +86,7 @@ std::uint64_t PendingBytes::end() const {
 
 bool PendingBytes::overlap(std::uint64_t address, std::uint64_t count) const {
   const auto range = first_overlap(address);
-  return range != ranges_.end() && range->first < address + count;
+  return count > 0 && range != ranges_.end() && range->first < address + count;
 }
 
 void PendingBytes::put(std::uint64_t address, std::span<const unsigned char> bytes) {
@@ -115,7 +142,9 @@ std::vector<unsigned char> journal_records(const PendingBytes& bytes) {
 }
 
 JournalTrailer journal_trailer(std::uint64_t start, std::span<const unsigned char> records) {
-  return {trailer_mark, start, checksum(records)};
+  JournalTrailer trailer{trailer_mark, start, checksum(records), 0};
+  trailer.trailer = checksum(head_of(trailer));
+  return trailer;
 }
 
 std::optional<Journal> read_journal(int file) {
@@ -126,14 +155,13 @@ std::optional<Journal> read_journal(int file) {
   if (length < sizeof trailer) return std::nullopt;
   const std::uint64_t end = length - sizeof trailer;
   if (!read_fully(file, end, {reinterpret_cast<unsigned char*>(&trailer), sizeof trailer}) ||
-      trailer.mark != trailer_mark || trailer.start > end)
+      trailer.mark != trailer_mark || trailer.trailer != checksum(head_of(trailer)) ||
+      trailer.start > end || !records_fit(file, trailer.start, end))
     return std::nullopt;
   std::vector<unsigned char> records(end - trailer.start);
-  if (!read_fully(file, trailer.start, records) || checksum(records) != trailer.checksum)
+  if (!read_fully(file, trailer.start, records) || checksum(records) != trailer.records)
     return std::nullopt;
-  std::optional<PendingBytes> bytes = parsed(records);
-  if (!bytes) return std::nullopt;
-  return Journal{trailer.start, std::move(*bytes)};
+  return Journal{trailer.start, parsed(records)};
 }
 
 bool read_fully(int file, std::uint64_t address, std::span<unsigned char> bytes) {
@@ -155,7 +183,8 @@ bool write_fully(int file, std::uint64_t address, std::span<const unsigned char>
   while (!bytes.empty()) {
     const ssize_t n = ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(address));
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
+    if (n == 0) errno = EIO;
+    if (n <= 0) return false;
     bytes = bytes.subspan(static_cast<std::size_t>(n));
     address += static_cast<std::uint64_t>(n);
   }

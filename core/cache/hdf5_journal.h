@@ -33,10 +33,12 @@ class PendingBytes {
   Ranges ranges_;  // from the address of each range to its bytes
 };
 
-// The journal consists of records (address, count, bytes) and of a trailer, which a writer must
-// write last. A file has a journal if it ends with a trailer that fits the records.
+// The journal consists of records (address, count, bytes) in ascending order and of a trailer,
+// which a writer must write last. A file has a journal if it ends with a trailer that fits the
+// records.
 struct JournalTrailer {
-  std::uint64_t mark, start, checksum;  // start: length of the file without the journal [bytes]
+  std::uint64_t mark, start;       // start: length of the file without the journal [bytes]
+  std::uint64_t records, trailer;  // checksums of the records, and of the three numbers before it
 };
 
 struct Journal {

@@ -12,8 +12,8 @@ namespace loomstone {
 namespace {
 
 // Number of frames for which space is allocated at once in a file without compression. Large blocks
-// make allocations rare, so a process is unlikely to be killed during one. Unused space is a hole
-// in the file and takes no disk space.
+// make changes of the file's structure rare. Unused space is a hole in the file and takes no disk
+// space.
 constexpr std::int64_t frames_per_block = 16;
 
 std::string below(std::string group, const std::string& name) {

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -29,6 +30,7 @@ struct Change {
 };
 
 std::vector<Change>* recorded_changes = nullptr;  // null: changes are not recorded
+int writes_until_full = -1;  // number of writes until one fails; negative: none fails
 
 void record(int descriptor, Change change) {
   if (!recorded_changes) return;
@@ -42,6 +44,10 @@ void record(int descriptor, Change change) {
 // These functions replace those of the C library in this program.
 extern "C" ssize_t pwrite(int descriptor, const void* buffer, std::size_t count, off_t at) {
   const auto* bytes = static_cast<const unsigned char*>(buffer);
+  if (writes_until_full >= 0 && writes_until_full-- == 0) {
+    errno = ENOSPC;
+    return -1;
+  }
   record(descriptor, {"", at, false, {bytes, bytes + count}});
   return pwrite64(descriptor, buffer, count, at);
 }
@@ -124,4 +130,44 @@ TEST_CASE("a run is complete after every page that its writer writes") {
   CHECK(pieces.n_wrong == 0);
   CHECK(pieces.n_frames == to);
   CHECK(pieces.n_checks > 40 * (to - from));
+}
+
+// A frame writes structure that exists already (5) or allocates new blocks (16).
+TEST_CASE("after any write that failed, a run is complete, and the frame can be written again") {
+  const int compression = GENERATE(0, 1), n_before = GENERATE(5, 16);
+  CAPTURE(compression, n_before);
+  int n_failed = 0;
+  for (int position = 0; position >= 0; ++position) {
+    const TemporaryDirectory written, copied;
+    Pieces pieces{example_topology(3, true), copied.path(), n_before};
+    FrameWriter writer(written.path(), pieces.topology, "", compression);
+    for (int index = 0; index < n_before; ++index) write_example(writer, pieces.topology, index);
+    const auto check = [&] {
+      for (const char* name : {"run.vtkhdf", "bodies.vtkhdf"})
+        std::filesystem::copy_file(written / name, copied / name,
+                                   std::filesystem::copy_options::overwrite_existing);
+      pieces.check();
+    };
+    writes_until_full = position;
+    bool failed = false;
+    try {
+      write_example(writer, pieces.topology, n_before);
+    } catch (const CacheError& error) {
+      failed = std::string(error.what()).find("No space left on device") != std::string::npos;
+    }
+    if (writes_until_full >= 0) break;  // no write has failed: `position` is their number
+    CAPTURE(position);
+    CHECK(failed);
+    check();
+    for (int index = n_before; index < n_before + 2; ++index) {
+      write_example(writer, pieces.topology, index);
+      check();
+    }
+    INFO("first fault: " << pieces.first_fault);
+    CHECK(pieces.n_wrong == 0);
+    CHECK(pieces.n_frames == n_before + 2);
+    ++n_failed;
+  }
+  writes_until_full = -1;
+  CHECK(n_failed > 20);
 }
