@@ -12,7 +12,7 @@ namespace {
 
 using Indices = std::vector<std::size_t>;
 
-constexpr std::size_t most_kept = 4;  // largest number of contacts in a manifold of Bullet
+constexpr std::size_t most_kept = 4;  // largest number of contacts in a Bullet manifold
 
 // Contacts that existed in the last step count as slightly deeper and farther out.
 class Reduction {
@@ -32,12 +32,13 @@ class Reduction {
       if (contacts[k].gap < deepest + (old_[k] ? 2.0 : 1.0) * margin_) bearing_.push_back(k);
   }
 
-  // Chooses four corners of all contacts if no other contact lies deeper than the surface between
-  // these corners. This is the case if a face of the hull meets a flat surface, even if the face is
-  // tilted and bears load only at one edge. Without the corners at the opposite edge, a box would
-  // turn about the edge that bears load and sink in. In all other cases, the hull is rounded or the
-  // surface is rough. The function then chooses corners of the contacts that bear load or, if there
-  // are fewer than four of these, all of them and the contacts that are farthest from them.
+  // Chooses, from all contacts, four that form the corners of the region of contact, unless another
+  // contact lies deeper than the two triangles that these four span. No other contact lies deeper
+  // if a face of the hull meets a flat obstacle, even if the face is tilted and bears load only at
+  // one edge. Without the contacts at the opposite edge, a box would turn about the edge that bears
+  // load and sink in. Otherwise, the hull is rounded or the obstacle is rough. The function then
+  // chooses the four corners from the contacts that bear load only. If fewer than four contacts
+  // bear load, it chooses all of these and the contacts that are farthest from them.
   Indices kept() const {
     Indices chosen = corners(all_);
     if (lies_on(chosen)) return chosen;

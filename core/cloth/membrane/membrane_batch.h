@@ -47,7 +47,7 @@ LOOMSTONE_INLINE Tensor<Lanes> green_strain(const Lanes3<Lanes>& f1, const Lanes
   return {0.5 * (dot(f1, f1) - 1.0), 0.5 * (dot(f2, f2) - 1.0), 0.5 * dot(f1, f2)};
 }
 
-// Plane-stress constants (2.22).
+// Plane-stress constants, equation (2.22).
 template <class Lanes>
 struct Moduli {
   Lanes a11, a22, a12, g;

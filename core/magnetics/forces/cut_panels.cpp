@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
+
+#include "core/magnetics/sources/constants.h"
 
 namespace loomstone {
 
@@ -80,6 +83,50 @@ std::vector<Panel> cut_along_faces(const Panel& panel, const RigidPose& pose,
     }
   }
   return triangles;
+}
+
+std::vector<Panel> cut_along_rims(const Panel& panel, const RigidPose& pose,
+                                  const UniformCylinder& cylinder) {
+  constexpr double least_cosine = 0.996;  // of the angle between the axes
+  const Mat3 to_disc = rotation_matrix(pose.orientation).transpose();
+  const Vec3 axis = to_disc.col(2), through = -to_disc * pose.position;
+  if (std::abs(axis.z()) < least_cosine) return {};
+  Panel whole = panel;
+  whole.a = through + (panel.height0 - through.z()) / axis.z() * axis;
+  const double off = std::hypot(whole.a.x(), whole.a.y()),
+               towards = std::atan2(whole.a.y(), whole.a.x());
+  std::vector<double> rims;  // radii, in ascending order
+  for (const double rim : {cylinder.inner_radius, cylinder.radius})
+    if (rim > off) rims.push_back(rim);
+  if (rims.empty()) return {};
+  // A rim crosses a boundary of the disc at up to two azimuths.
+  std::vector<double> azimuths{panel.azimuth, panel.azimuth + panel.turn};
+  for (const double rim : rims)
+    for (const double radius : {panel.radius0, panel.radius1}) {
+      const double cosine = (radius * radius + off * off - rim * rim) / (2.0 * radius * off);
+      if (!(std::abs(cosine) < 1.0)) continue;
+      for (const double away : {std::acos(cosine), -std::acos(cosine)}) {
+        const double turns = (towards + away - panel.azimuth) / (2.0 * pi);
+        const double phi = panel.azimuth + 2.0 * pi * (turns - std::floor(turns));
+        if (phi < panel.azimuth + panel.turn) azimuths.push_back(phi);
+      }
+    }
+  std::sort(azimuths.begin(), azimuths.end());
+  std::vector<Panel> parts;
+  for (std::size_t k = 0; k + 1 < azimuths.size(); ++k) {
+    Panel part = whole;
+    part.azimuth = azimuths[k], part.turn = azimuths[k + 1] - azimuths[k];
+    if (part.turn <= 0.0) continue;
+    for (const double rim : rims) {
+      const double there = part.reach(rim, part.azimuth + 0.5 * part.turn);
+      if (there <= panel.radius0 || there >= panel.radius1) continue;
+      part.circle1 = rim;
+      parts.push_back(part);
+      part.circle0 = rim, part.circle1 = 0.0;
+    }
+    parts.push_back(part);
+  }
+  return parts;
 }
 
 }  // namespace loomstone

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "core/base/simd.h"
 #include "core/magnetics/forces/cut_panels.h"
@@ -13,17 +12,47 @@ namespace loomstone {
 
 namespace {
 
-// Number of parts of a flat panel above which the panel is cut along the faces of a cuboid.
+// Number of parts of a panel above which the panel is cut where the field is singular.
 constexpr Index most_uncut_parts = 16;
+
+// Part of a panel (a rectangle in u and v), with the integral over it and the estimated quadrature
+// error in each direction.
+struct Leaf {
+  Index panel;
+  double from[2], size[2];
+  Vec6 value;
+  double error[2];
+};
 
 // Integrand of the force and torque, or of the energy, in the axes of the source `by`.
 struct Integrand : PanelTask {
   Mat3 rotation;
 
+  // Returns the sample at (g(u), g(v)), where g(w) = w^2 (3 - 2 w) makes functions that are
+  // singular at the edges of the panel smooth. Area, charge and current are densities with respect
+  // to u, v.
+  static PanelSample graded(const Panel& panel, double u, double v) {
+    PanelSample sample = panel.at(u * u * (3.0 - 2.0 * u), v * v * (3.0 - 2.0 * v));
+    const double density = 36.0 * u * (1.0 - u) * v * (1.0 - v);
+    sample.area *= density, sample.charge *= density, sample.current *= density;
+    return sample;
+  }
+
+  // Returns pieces of a panel, cut where the field of `by` is singular, or none if these places are
+  // not known.
+  std::vector<Panel> cut(const Panel& panel) const {
+    const bool flat =
+        panel.shape == Panel::Shape::parallelogram || panel.shape == Panel::Shape::triangle;
+    if (const auto cuboid = by.uniform_cuboid(); cuboid && flat)
+      return cut_along_faces(panel, pose, *cuboid);
+    if (const auto cylinder = by.uniform_cylinder(); cylinder && panel.shape == Panel::Shape::disc)
+      return cut_along_rims(panel, pose, *cylinder);
+    return {};
+  }
+
   // Evaluates the integrand, as a density with respect to u and v, at the nu x nv points of a
-  // tensor-product rule. The rule covers the part of the panel between `from` and `from` + `size`,
-  // which are pairs (u, v).
-  void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv,
+  // tensor-product rule on the leaf. If `cut`, u and v are those of graded().
+  void evaluate(const Panel& panel, bool cut, const Leaf& leaf, int nu, int nv,
                 Vec6* values) const {
     const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
     const Index n = nu * nv, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
@@ -32,9 +61,10 @@ struct Integrand : PanelTask {
     const bool energy = quantity == PanelQuantity::energy;
     Index i = 0;
     for (int iu = 0; iu < nu; ++iu) {
-      const double u = from[0] + size[0] * 0.5 * (1.0 + ru.nodes[iu]);
+      const double u = leaf.from[0] + leaf.size[0] * 0.5 * (1.0 + ru.nodes[iu]);
       for (int iv = 0; iv < nv; ++iv, ++i) {
-        samples[i] = panel.at(u, from[1] + size[1] * 0.5 * (1.0 + rv.nodes[iv]));
+        const double v = leaf.from[1] + leaf.size[1] * 0.5 * (1.0 + rv.nodes[iv]);
+        samples[i] = cut ? graded(panel, u, v) : panel.at(u, v);
         Vec3 point = pose.position + rotation * samples[i].position;
         if (!energy && samples[i].charge != 0.0) point = moved_outside(by, point);
         for (int c = 0; c < 3; ++c) x[c * padded + i] = point[c];
@@ -58,15 +88,6 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel (a rectangle in u and v), with the integral over it and the estimated quadrature
-// error in each direction.
-struct Leaf {
-  Index panel;
-  double from[2], size[2];
-  Vec6 value;
-  double error[2];
-};
-
 // Returns the estimated error of a Gauss rule in one direction (see panel_quadrature.h). Each entry
 // of `sums` belongs to one of the rule's points in this direction and is the integral over the
 // other direction.
@@ -83,11 +104,11 @@ double rule_error(const Vec6* sums, const GaussRule& rule) {
   return largest > 0.0 ? 2.0 * last * last / largest : 0.0;
 }
 
-void integrate(const Integrand& integrand, const Panel& panel, int n, Leaf& leaf) {
+void integrate(const Integrand& integrand, const Panel& panel, bool cut, int n, Leaf& leaf) {
   const int nu = n, nv = panel.line() ? 1 : n;
   const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
   Vec6 values[points_per_block], along_u[most_gauss_points], along_v[most_gauss_points];
-  integrand.evaluate(panel, leaf.from, leaf.size, nu, nv, values);
+  integrand.evaluate(panel, cut, leaf, nu, nv, values);
   const double share = 0.25 * leaf.size[0] * leaf.size[1];  // weights add up to 2 in each direction
   leaf.value.setZero();
   for (int i = 0; i < nu; ++i) along_u[i].setZero();
@@ -123,13 +144,14 @@ struct Subdivision {
   const Integrand& integrand;
   // Number of points of the rules in each direction. Larger numbers are faster at small tolerances.
   int n;
-  std::vector<Panel> panels;
+  std::vector<Panel> panels;  // first those of the integrand, then pieces of them
+  Index n_uncut = static_cast<Index>(panels.size());
   std::vector<Leaf> leaves = {};
-  std::vector<Index> n_parts = {};  // (panels) number of leaves; -1: not to be cut
+  std::vector<Index> n_parts = {};  // (panels) number of leaves; -1: cut, or not to be cut
   Index evaluations = 0;
 
   void integrate_leaf(Leaf& leaf) {
-    integrate(integrand, panels[leaf.panel], n, leaf);
+    integrate(integrand, panels[leaf.panel], leaf.panel >= n_uncut, n, leaf);
     evaluations += n * n;
   }
 
@@ -149,30 +171,28 @@ struct Subdivision {
     if (n_parts[other.panel] >= 0) ++n_parts[other.panel];
   }
 
-  // Replaces a flat panel that has many parts by triangles, along whose edges the field is
-  // singular. Parts of these triangles resolve it with far fewer points.
-  void cut(Index panel, const UniformCuboid& cuboid) {
-    std::erase_if(leaves, [&](const Leaf& leaf) { return leaf.panel == panel; });
+  // Replaces a panel by panels along whose edges the field is singular, if they exist for this
+  // panel and the source of the field. Parts of these panels resolve the field with far fewer
+  // points.
+  void cut(Index panel) {
+    const std::vector<Panel> pieces = integrand.cut(panels[panel]);
     n_parts[panel] = -1;
-    for (const Panel& triangle : cut_along_faces(panels[panel], integrand.pose, cuboid)) {
-      panels.push_back(triangle);
+    if (pieces.empty()) return;
+    std::erase_if(leaves, [&](const Leaf& leaf) { return leaf.panel == panel; });
+    for (const Panel& piece : pieces) {
+      panels.push_back(piece);
       n_parts.push_back(-1);
       add_leaf(static_cast<Index>(panels.size()) - 1);
     }
   }
 };
 
-bool flat(const Panel& panel) {
-  return panel.shape == Panel::Shape::parallelogram || panel.shape == Panel::Shape::triangle;
-}
-
 // Integrates over all panels. Bisects leaves whose error exceeds half of an equal share of the
 // tolerated error, until the total error meets the tolerance or most_evaluations is exceeded.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
   Subdivision all{integrand, tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10, integrand.panels};
-  const std::optional<UniformCuboid> cuboid = integrand.by.uniform_cuboid();
   for (std::size_t p = 0; p < integrand.panels.size(); ++p) {
-    all.n_parts.push_back(cuboid && flat(all.panels[p]) ? 1 : -1);
+    all.n_parts.push_back(1);
     all.add_leaf(static_cast<Index>(p));
   }
   for (;;) {
@@ -187,7 +207,7 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
     for (std::size_t i = 0; i < count; ++i)
       if (all.leaves[i].error[0] + all.leaves[i].error[1] > share) all.bisect(i);
     for (std::size_t p = 0; p < integrand.panels.size(); ++p)
-      if (all.n_parts[p] > most_uncut_parts) all.cut(static_cast<Index>(p), *cuboid);
+      if (all.n_parts[p] > most_uncut_parts) all.cut(static_cast<Index>(p));
   }
 }
 

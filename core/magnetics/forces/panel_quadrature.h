@@ -3,8 +3,8 @@
 // meets the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
 // of the integrand. Coefficients are assumed to decay geometrically. Let l be the larger of the
 // last two coefficients that the rule resolves, and c the largest of all that it resolves. The
-// estimated error is then 2 l^2 / c. A flat panel with many parts in the field of a cuboid is cut
-// along the planes of the cuboid's faces, because the field is singular at the cuboid's edges.
+// estimated error is then 2 l^2 / c. A panel with many parts is cut where the field is singular, if
+// these places are known (cut_panels.h).
 #pragma once
 
 #include <vector>

@@ -85,6 +85,9 @@ class Cylinder final : public Source {
   std::vector<Panel> surface() const override { return faces(true); }
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
+  std::optional<UniformCylinder> uniform_cylinder() const override {
+    return UniformCylinder{radius_, inner_};
+  }
   SourceRecipe recipe() const override;
   double outer_radius() const { return radius_; }
   double inner_radius() const { return inner_; }

@@ -4,6 +4,12 @@
 
 namespace loomstone {
 
+double Panel::reach(double radius, double phi) const {
+  const double along = a.x() * std::cos(phi) + a.y() * std::sin(phi),
+               across = a.x() * std::sin(phi) - a.y() * std::cos(phi);
+  return along + std::sqrt(radius * radius - across * across);
+}
+
 PanelSample Panel::at(double u, double v) const {
   PanelSample s;
   const bool round = shape == Shape::side || shape == Shape::disc || shape == Shape::circle;
@@ -31,9 +37,11 @@ PanelSample Panel::at(double u, double v) const {
       break;
     }
     case Shape::disc: {
-      const double rho = radius0 + v * (radius1 - radius0);
+      const double inner = circle0 > 0.0 ? reach(circle0, phi) : radius0,
+                   outer = circle1 > 0.0 ? reach(circle1, phi) : radius1;
+      const double rho = inner + v * (outer - inner);
       s.position = Vec3(rho * cosine, rho * sine, height0);
-      s.area.z() = sign * rho * turn * (radius1 - radius0);
+      s.area.z() = sign * rho * turn * (outer - inner);
       break;
     }
     case Shape::circle:

@@ -24,13 +24,19 @@ struct Panel {
          radius1 = 0.0;  // inner and outer radius of a disc [m]; sides and circles use radius1
   double azimuth = 0.0, turn = 0.0;     // first azimuth and angle covered [rad]
   double height0 = 0.0, height1 = 0.0;  // range of a side along z [m]; a disc is at height0
-  Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density
-  double sign = 1.0;                    // sign of a side's or disc's normal (-1: bore, lower face)
+  // If positive, the inner or outer boundary of a disc is the circle of this radius about `a` [m]
+  // instead of the circle of radius0 or radius1. The circle must surround the z axis.
+  double circle0 = 0.0, circle1 = 0.0;
+  Vec3 magnetization = Vec3::Zero();  // [A/m]; its normal component is the charge density
+  double sign = 1.0;                  // sign of a side's or disc's normal (-1: bore, lower face)
   // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. On
   // circles and sides, a positive current flows towards larger azimuth.
   double current = 0.0;
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }
+  // Returns the distance from the z axis to the circle of the given radius about `a`, in the
+  // direction of the azimuth phi [m]. The circle must surround the z axis.
+  double reach(double radius, double phi) const;
   // Returns the sample at (u, v) in the unit square; lines ignore v. Area, charge and current are
   // densities with respect to u and v.
   PanelSample at(double u, double v) const;

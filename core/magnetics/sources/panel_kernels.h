@@ -50,8 +50,8 @@ inline void add_panel_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
-// Adds the field q r / square^(3/2) of a point charge. `square` is r^2, plus the squared smoothing
-// length if the charge is smoothed.
+// Adds the field charge * r / square^(3/2) of a point charge. `square` is |r|^2, plus the squared
+// smoothing length if the charge is smoothed.
 template <class Lanes>
 LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge,
                                        Lanes3<Lanes>& h) {

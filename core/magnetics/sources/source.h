@@ -45,6 +45,11 @@ struct UniformCuboid {
   Vec3 size, polarization;  // edge lengths [m], J [T]
 };
 
+// A uniformly magnetised cylinder about the z axis, centred at the origin, or a ring.
+struct UniformCylinder {
+  double radius, inner_radius;  // [m]; inner_radius is 0 for a cylinder
+};
+
 class Source {
  public:
   virtual ~Source() = default;
@@ -103,9 +108,11 @@ class Source {
   // if it consists of dipole cells. Otherwise, each returns null.
   virtual const ChargedPanels* charged_panels() const { return nullptr; }
   virtual const CellMagnet* cell_magnet() const { return nullptr; }
-  // winding() has a value for loops and solenoids, and uniform_cuboid() for cuboids.
+  // winding() has a value for loops and solenoids, uniform_cuboid() for cuboids, and
+  // uniform_cylinder() for cylinders and rings.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
+  virtual std::optional<UniformCylinder> uniform_cylinder() const { return std::nullopt; }
   // Returns a copy of a loop or solenoid with the given current in each turn [A], or null for all
   // other sources.
   virtual SourcePtr with_current(double) const { return nullptr; }

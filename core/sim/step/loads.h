@@ -26,8 +26,8 @@ struct Loads {
   // cloth and contacts; if there is no cloth, also without magnetic forces
   Points body_velocity;
   Points body_angular_velocity;  // (b x 3) angular velocities at the start [rad/s]
-  // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the
-  // part [N s, N m s]
+  // (2 b x 3) impulses and angular impulses that the user's forces and torques exert on the bodies
+  // during this part of the step [N s, N m s]
   Points body_impulse;
 
   std::size_t bytes() const { return bytes_of(x0, v0, target, next_obstacles, force); }

@@ -10,8 +10,9 @@ namespace loomstone {
 
 namespace {
 
-// Tolerated neglected strain. Our choice: in 27 falls of towels on a floor, the largest stretch is
-// then at most 1.08 times that in steps of 0.25 ms (docs/experiments/energy.md).
+// Tolerated neglected strain. Our choice: with this value, the largest stretch in 27 falls of
+// towels onto a floor is at most 1.08 times the one in steps of 0.25 ms
+// (docs/experiments/energy.md).
 constexpr double strain_tolerance = 0.1;
 // Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: this
 // bound shortens the steps of stiff cloth, whose neglected strains are small. The second value is

@@ -216,7 +216,7 @@ def _texture_uv(look: Look, uv: Floats) -> Floats:
 
 
 def _rows(owner: NDArray[Any], index: int) -> slice:
-    """Returns the slice of rows whose owner is `index`. These rows are contiguous."""
+    """Returns the slice of rows whose owner is `index`. These rows must be contiguous."""
     mine = np.flatnonzero(owner == index)
     return slice(int(mine[0]), int(mine[-1]) + 1)
 

@@ -1,4 +1,5 @@
-// Tests of panels that are cut along the faces of a cuboid, and of forces that use them.
+// Tests of panels that are cut where the field of a cuboid or cylinder is singular, and of forces
+// that use them.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -7,6 +8,9 @@
 
 #include "core/magnetics/forces/cut_panels.h"
 #include "core/magnetics/forces/interaction.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/gauss.h"
 #include "core/magnetics/sources/polyhedron.h"
 #include "core/mesh/generators.h"
 
@@ -75,4 +79,86 @@ TEST_CASE("forces between cuboids that lie flush and turned reach a small tolera
       magnetic_wrench({polyhedron, above.pose}, {polyhedron, below.pose}, 1e-4, 0.0);
   CHECK((fine.force - uncut.force).norm() < 1e-4 * largest);
   CHECK((fine.torque - uncut.torque).norm() < 1e-4 * largest * cuboid->radius());
+}
+
+namespace {
+
+// Area of a part of a disc [m^2], and the ranges of the distance from the axis of a cylinder less
+// the radius of its inner rim (0) and outer rim (1) [m].
+struct PartOfDisc {
+  double area = 0.0;
+  double low[2] = {1.0, 1.0}, high[2] = {-1.0, -1.0};
+
+  PartOfDisc(const Panel& part, const RigidPose& pose, const UniformCylinder& rims) {
+    const Mat3 turn = rotation_matrix(pose.orientation);
+    const GaussRule& rule = gauss_rule(10);
+    for (int i = 0; i < rule.n * rule.n; ++i) {
+      const int iu = i / rule.n, iv = i % rule.n;
+      const PanelSample sample =
+          part.at(0.5 * (1.0 + rule.nodes[iu]), 0.5 * (1.0 + rule.nodes[iv]));
+      area -= 0.25 * rule.weights[iu] * rule.weights[iv] * sample.area.z();
+      const Vec3 x = pose.position + turn * sample.position;
+      for (const int side : {0, 1}) {
+        const double out = std::hypot(x.x(), x.y()) - (side == 0 ? rims.inner_radius : rims.radius);
+        low[side] = std::min(low[side], out), high[side] = std::max(high[side], out);
+      }
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("cut discs cover the disc, and no rim passes through a part") {
+  const double inner = GENERATE(0.0, 0.002), hole = GENERATE(0.0, 0.0035);
+  const double radius = 0.006, rim = GENERATE(0.005, 0.006, 0.009),
+               off = GENERATE(0.0, 1e-3, 3e-3, 4e-3);
+  CAPTURE(inner, hole, rim, off);
+  const RigidPose pose{Vec3(0.6 * off, 0.8 * off, 0.004),
+                       quaternion_from_rotation_vector(Vec3(0.01, 0.02, 0.7))};
+  double area = 0.0;
+  std::size_t n_parts = 0;
+  for (const Panel& panel : Cylinder(radius, 0.004, Vec3(0, 0, 1), inner).panels()) {
+    if (panel.height0 > 0.0) continue;
+    for (const Panel& part : cut_along_rims(panel, pose, {rim, hole})) {
+      const PartOfDisc found(part, pose, {rim, hole});
+      area += found.area;
+      ++n_parts;
+      // The tilt of 0.02 moves a projected rim by up to 0.02^2 / 2 of its radius.
+      if (hole > off) CHECK((found.low[0] > -3e-6 || found.high[0] < 3e-6));
+      CHECK((found.low[1] > -3e-6 || found.high[1] < 3e-6));
+    }
+  }
+  CHECK(n_parts >= 4);
+  CHECK(std::abs(area - pi * (radius * radius - inner * inner)) < 1e-9 * area);
+}
+
+TEST_CASE(
+    "discs are not cut if their axes differ or a rim does not surround the axis of the disc") {
+  const Panel panel = Cylinder(0.006, 0.004, Vec3(0, 0, 1)).panels().front();
+  const RigidPose tilted{Vec3(0, 0, 0.01), quaternion_from_rotation_vector(Vec3(0.2, 0, 0))},
+      beside{Vec3(0.007, 0, 0.004), Vec4(1, 0, 0, 0)};
+  CHECK(cut_along_rims(panel, tilted, {0.006, 0.0}).empty());
+  CHECK(cut_along_rims(panel, beside, {0.006, 0.0}).empty());
+}
+
+// Without the cuts, two million points of the field would not suffice for this tolerance.
+TEST_CASE("forces between cylinders that lie flush are derivatives of the energy") {
+  const auto [off, inner] =
+      GENERATE(std::pair(3e-4, 0.0), std::pair(1e-3, 0.0), std::pair(4e-3, 0.0),
+               std::pair(3e-4, 0.002), std::pair(1e-3, 0.002));
+  CAPTURE(off, inner);
+  const auto below = std::make_shared<Cylinder>(0.006, 0.004, Vec3(0.2, 0, 1.2), inner),
+             above = std::make_shared<Cylinder>(0.005, 0.003, Vec3(0, 0.3, 1.0), inner);
+  const auto at = [&](double x) {
+    return MagneticBody{above, {Vec3(x, 0, 0.0035 + 1e-9), Vec4(1, 0, 0, 0)}};
+  };
+  const MagneticBody fixed{below, {Vec3::Zero(), Vec4(1, 0, 0, 0)}};
+  const Wrench wrench = magnetic_wrench(at(off), fixed, 1e-7, 0.0);
+  const double size = std::max(wrench.force.norm(), wrench.torque.norm() / above->radius());
+  CHECK(wrench.error <= 1e-7 * size);
+  const double step = 1e-5;
+  const double slope = (magnetic_energy(at(off + step), fixed, 1e-10) -
+                        magnetic_energy(at(off - step), fixed, 1e-10)) /
+                       (2.0 * step);
+  CHECK(std::abs(wrench.force.x() + slope) < 1e-4 * size);  // the error of the difference
 }
