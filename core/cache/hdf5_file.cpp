@@ -52,7 +52,7 @@ void read_structure(hid_t file) {
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, nullptr, H5O_INFO_BASIC);
 }
 
-// What changes when a file is written or replaced.
+// Properties of a file that change when it is written or replaced.
 struct FileStamp {
   dev_t device = 0;
   ino_t inode = 0;
