@@ -3,7 +3,10 @@
 // changes the hash.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <span>
 
 namespace loomstone {
 
@@ -15,5 +18,16 @@ struct WordHash {
     sum ^= sum >> 32;
   }
 };
+
+// Returns the hash of bytes in words of eight; zeros complete the last word.
+inline std::uint64_t checksum_of(std::span<const unsigned char> bytes) {
+  WordHash hash;
+  for (std::size_t at = 0; at < bytes.size(); at += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + at, std::min<std::size_t>(8, bytes.size() - at));
+    hash.add(word);
+  }
+  return hash.sum;
+}
 
 }  // namespace loomstone

@@ -3,7 +3,6 @@
 // the data, because HDF5 does not detect all damage in its input.
 #include "core/cache/checkpoint_file.h"
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -33,16 +32,6 @@ struct Trailer {
   std::uint64_t checksum;
 };
 static_assert(sizeof(Trailer) == 24);
-
-std::uint64_t checksum(const unsigned char* bytes, std::size_t count) {
-  WordHash hash;
-  for (std::size_t at = 0; at < count; at += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes + at, std::min<std::size_t>(8, count - at));
-    hash.add(word);
-  }
-  return hash.sum;
-}
 
 // RAII file descriptor. Failures become CacheErrors.
 class Descriptor {
@@ -177,7 +166,7 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
 // after a power failure, a file at `path` is complete: the previous checkpoint or this one.
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   const std::vector<unsigned char> bytes = to_bytes(path, checkpoint);
-  Trailer trailer{{}, bytes.size(), checksum(bytes.data(), bytes.size())};
+  Trailer trailer{{}, bytes.size(), checksum_of(bytes)};
   std::memcpy(trailer.mark, mark, sizeof mark);
   const std::string part = path + ".part";
   Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
@@ -202,7 +191,7 @@ Checkpoint read_checkpoint(const std::string& path) {
     fail<CacheError>(
         "{}: is not a loomstone checkpoint or is truncated; resume from another checkpoint.", path);
   const std::size_t length = bytes.size() - sizeof trailer;
-  if (trailer.length != length || checksum(bytes.data(), length) != trailer.checksum)
+  if (trailer.length != length || checksum_of({bytes.data(), length}) != trailer.checksum)
     fail<CacheError>(
         "{}: the checkpoint is damaged (its checksum does not match its content); resume from "
         "another checkpoint.",

@@ -9,18 +9,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/base/word_hash.h"
+
 namespace loomstone {
 
 namespace {
 
 constexpr std::uint64_t trailer_mark = 0x6c6e726a6d6f6f6cULL;  // "loomjrnl"
-
-// FNV-1a, 64 bits (Fowler, Noll, Vo).
-std::uint64_t checksum(std::span<const unsigned char> bytes) {
-  std::uint64_t sum = 0xcbf29ce484222325ULL;
-  for (unsigned char byte : bytes) sum = (sum ^ byte) * 0x100000001b3ULL;
-  return sum;
-}
 
 void append(std::vector<unsigned char>& records, std::uint64_t number) {
   const auto* bytes = reinterpret_cast<const unsigned char*>(&number);
@@ -142,8 +137,8 @@ std::vector<unsigned char> journal_records(const PendingBytes& bytes) {
 }
 
 JournalTrailer journal_trailer(std::uint64_t start, std::span<const unsigned char> records) {
-  JournalTrailer trailer{trailer_mark, start, checksum(records), 0};
-  trailer.trailer = checksum(head_of(trailer));
+  JournalTrailer trailer{trailer_mark, start, checksum_of(records), 0};
+  trailer.trailer = checksum_of(head_of(trailer));
   return trailer;
 }
 
@@ -155,11 +150,11 @@ std::optional<Journal> read_journal(int file) {
   if (length < sizeof trailer) return std::nullopt;
   const std::uint64_t end = length - sizeof trailer;
   if (!read_fully(file, end, {reinterpret_cast<unsigned char*>(&trailer), sizeof trailer}) ||
-      trailer.mark != trailer_mark || trailer.trailer != checksum(head_of(trailer)) ||
+      trailer.mark != trailer_mark || trailer.trailer != checksum_of(head_of(trailer)) ||
       trailer.start > end || !records_fit(file, trailer.start, end))
     return std::nullopt;
   std::vector<unsigned char> records(end - trailer.start);
-  if (!read_fully(file, trailer.start, records) || checksum(records) != trailer.records)
+  if (!read_fully(file, trailer.start, records) || checksum_of(records) != trailer.records)
     return std::nullopt;
   return Journal{trailer.start, parsed(records)};
 }
