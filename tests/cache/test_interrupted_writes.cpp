@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,6 @@
 
 #include "core/base/error.h"
 #include "core/cache/frame_file.h"
-#include "core/cache/hdf5_journal.h"
 #include "example_run.h"
 
 using namespace loomstone;

@@ -1,7 +1,8 @@
 // Tests of the journal at the end of a file and of the bytes that it contains.
 #include <catch2/catch.hpp>
 
-#include <cstring>
+#include <algorithm>
+#include <optional>
 #include <random>
 #include <vector>
 

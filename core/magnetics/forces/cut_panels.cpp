@@ -1,7 +1,6 @@
 #include "core/magnetics/forces/cut_panels.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
