@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,31 @@ namespace {
 // A kill interrupts a write between two pages of memory.
 constexpr off_t page = 4096;
 
+// Repeats a change in the copy of a run in `directory`, page by page. Calls `visit` after each
+// page.
+template <class Visit>
+void repeat(const Change& change, const std::string& directory, const Visit& visit) {
+  const int file = ::open((directory + "/" + change.file).c_str(), O_RDWR | O_CLOEXEC);
+  if (change.sets_length) REQUIRE(ftruncate64(file, change.at) == 0);
+  const off_t end = change.at + static_cast<off_t>(change.bytes.size());
+  for (off_t from = change.at; from < end;) {
+    const off_t to = std::min((from / page + 1) * page, end);
+    const auto count = static_cast<std::size_t>(to - from);
+    REQUIRE(pwrite64(file, change.bytes.data() + (from - change.at), count, from) ==
+            static_cast<ssize_t>(count));
+    if (to < end) visit();
+    from = to;
+  }
+  ::close(file);
+  visit();
+}
+
+void copy_run(const TemporaryDirectory& from, const TemporaryDirectory& to) {
+  for (const char* name : {"run.vtkhdf", "bodies.vtkhdf"})
+    std::filesystem::copy_file(from / name, to / name,
+                               std::filesystem::copy_options::overwrite_existing);
+}
+
 struct Pieces {
   FrameTopology topology;
   std::string directory;
@@ -84,22 +110,6 @@ struct Pieces {
     n_wrong += !fault.empty();
     if (first_fault.empty()) first_fault = fault;
   }
-
-  void repeat(const Change& change) {
-    const int file = ::open((directory + "/" + change.file).c_str(), O_RDWR | O_CLOEXEC);
-    if (change.sets_length) REQUIRE(ftruncate64(file, change.at) == 0);
-    const off_t end = change.at + static_cast<off_t>(change.bytes.size());
-    for (off_t from = change.at; from < end;) {
-      const off_t to = std::min((from / page + 1) * page, end);
-      const auto count = static_cast<std::size_t>(to - from);
-      REQUIRE(pwrite64(file, change.bytes.data() + (from - change.at), count, from) ==
-              static_cast<ssize_t>(count));
-      if (to < end) check();
-      from = to;
-    }
-    ::close(file);
-    check();
-  }
 };
 
 }  // namespace
@@ -116,18 +126,72 @@ TEST_CASE("a run is complete after every page that its writer writes") {
   Pieces pieces{example_topology(3, true), copied.path(), from};
   FrameWriter writer(written.path(), pieces.topology, "", compression);
   for (int index = 0; index < from; ++index) write_example(writer, pieces.topology, index);
-  for (const char* name : {"run.vtkhdf", "bodies.vtkhdf"})
-    std::filesystem::copy_file(written / name, copied / name);
+  copy_run(written, copied);
   std::vector<Change> changes;
   recorded_changes = &changes;
   for (int index = from; index < to; ++index) write_example(writer, pieces.topology, index);
   recorded_changes = nullptr;
   pieces.check();
-  for (const Change& change : changes) pieces.repeat(change);
+  for (const Change& change : changes) repeat(change, pieces.directory, [&] { pieces.check(); });
   INFO(pieces.n_checks << " checks, first fault: " << pieces.first_fault);
   CHECK(pieces.n_wrong == 0);
   CHECK(pieces.n_frames == to);
   CHECK(pieces.n_checks > 40 * (to - from));
+}
+
+// With compression, the chunk index is split while the frames are added.
+TEST_CASE("a reader that stays open returns the frames that it has found, while a run grows") {
+  const int compression = GENERATE(0, 1), from = 960, to = 1060;
+  CAPTURE(compression);
+  const TemporaryDirectory written, copied;
+  const FrameTopology topology = example_topology(2, true);
+  FrameWriter writer(written.path(), topology, "", compression);
+  for (int index = 0; index < from; ++index) write_example(writer, topology, index);
+  copy_run(written, copied);
+  const FrameReader busy(copied.path()), idle(copied.path());
+  std::vector<Change> changes;
+  recorded_changes = &changes;
+  for (int index = from; index < to; ++index) write_example(writer, topology, index);
+  recorded_changes = nullptr;
+  int n_wrong = 0, n_changes = 0;
+  for (const Change& change : changes) {
+    repeat(change, copied.path(), [] {});
+    if (++n_changes % 16 != 0) continue;
+    const int index = from - 1 - n_changes / 16 % 40;
+    n_wrong += !same(busy.frame(index), example_frame(topology, index));
+  }
+  // The idle reader reads its first frame after all changes.
+  for (int index = 0; index < from; index += index < from - 60 ? 20 : 1)
+    n_wrong += !same(idle.frame(index), example_frame(topology, index));
+  CHECK(n_wrong == 0);
+  CHECK(busy.n_frames() == from);
+  CHECK(FrameReader(copied.path()).n_frames() == to);  // a new reader finds the new frames
+}
+
+TEST_CASE("a reader in the process of a writer that fails returns the frames that it has found") {
+  const int compression = GENERATE(0, 1), n_frames = 20;
+  CAPTURE(compression);
+  const FrameTopology topology = example_topology(2, true);
+  bool failed = true;
+  for (int position = 0; failed; position += 3) {
+    CAPTURE(position);
+    const TemporaryDirectory directory;
+    auto writer = std::make_unique<FrameWriter>(directory.path(), topology, "", compression);
+    for (int index = 0; index < n_frames; ++index) write_example(*writer, topology, index);
+    const FrameReader reader(directory.path());
+    writes_until_full = position;
+    try {
+      write_example(*writer, topology, n_frames);
+    } catch (const CacheError&) {
+    }
+    failed = writes_until_full < 0;
+    writer.reset();
+    writes_until_full = -1;
+    int n_wrong = 0;
+    for (int index = 0; index < n_frames; ++index)
+      n_wrong += !same(reader.frame(index), example_frame(topology, index));
+    CHECK(n_wrong == 0);
+  }
 }
 
 // A frame writes structure that exists already (5) or allocates new blocks (16).
@@ -141,9 +205,7 @@ TEST_CASE("after any write that failed, a run is complete, and the frame can be 
     FrameWriter writer(written.path(), pieces.topology, "", compression);
     for (int index = 0; index < n_before; ++index) write_example(writer, pieces.topology, index);
     const auto check = [&] {
-      for (const char* name : {"run.vtkhdf", "bodies.vtkhdf"})
-        std::filesystem::copy_file(written / name, copied / name,
-                                   std::filesystem::copy_options::overwrite_existing);
+      copy_run(written, copied);
       pieces.check();
     };
     writes_until_full = position;
