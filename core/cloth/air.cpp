@@ -53,10 +53,10 @@ Vec3 triangle_drag(const Air& air, const DraggedSurface& surface, Index t) {
 template <class Evaluate>
 void for_triangles_at(const Team& team, const DraggedSurface& surface, Index begin, Index end,
                       Evaluate&& evaluate) {
-  const auto& [start, items] = surface.triangles_of_vertex;
+  const Incidence& around = surface.triangles_of_vertex;
   const auto n_triangles = static_cast<Index>(surface.triangles.rows());
   std::vector<std::uint8_t> needed(n_triangles, 0);
-  for (Index s = start[begin]; s < start[end]; ++s) needed[items[s]] = 1;
+  for (Index s = around.start[begin]; s < around.start[end]; ++s) needed[around.items[s]] = 1;
   parallel_for(team, n_triangles, [&](Index t) {
     if (needed[t]) evaluate(t);
   });
@@ -67,21 +67,22 @@ void for_triangles_at(const Team& team, const DraggedSurface& surface, Index beg
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force) {
   if (!air.drags()) return;
-  const auto& [start, items] = surface.triangles_of_vertex;
+  const Incidence& around = surface.triangles_of_vertex;
   Points drag(surface.triangles.rows(), 3);
   for_triangles_at(team, surface, begin, end, [&](Index t) {
     drag.row(t) = triangle_drag(air, surface, t).transpose() / 3.0;
   });
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;
-    for (Index s = start[row]; s < start[row + 1]; ++s) force.row(row) += drag.row(items[s]);
+    for (Index s = around.start[row]; s < around.start[row + 1]; ++s)
+      force.row(row) += drag.row(around.items[s]);
   });
 }
 
 double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
                  const Vector& mass, Index begin, Index end) {
   if (!air.drags() || begin == end) return 0.0;
-  const auto& [start, items] = surface.triangles_of_vertex;
+  const Incidence& around = surface.triangles_of_vertex;
   Vector drag(surface.triangles.rows());  // (m) at each corner, per relative velocity [kg/s]
   for_triangles_at(team, surface, begin, end, [&](Index t) {
     const auto [area, n, along, tangential] = relative_wind(air, surface, t);
@@ -91,7 +92,8 @@ double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface
   Vector rate = Vector::Zero(end - begin);
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;
-    for (Index s = start[row]; s < start[row + 1]; ++s) rate[i] += drag[items[s]] / mass[row];
+    for (Index s = around.start[row]; s < around.start[row + 1]; ++s)
+      rate[i] += drag[around.items[s]] / mass[row];
   });
   return rate.maxCoeff();
 }
