@@ -136,8 +136,11 @@ class Reduction {
   Indices bearing_;
 };
 
-// Leaves out contacts that are closer than `distance` [m] to an earlier contact. Edges of the hull
+// Leaves out contacts that are closer than `distance` [m] to another contact whose gap is smaller
+// by more than `distance`, or to an earlier contact with almost the same gap. Edges of the hull
 // that share a corner give the same contact there, and so do triangles that share a corner or side.
+// Both ends of an edge of a thin hull can have the same contact point on the surface, but only the
+// nearer end touches it.
 void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
   // Contacts at equal points follow each other when sorted along an axis. This axis is skew, so
   // that few points of a grid have the same coordinate. Its length is at most 1.
@@ -146,11 +149,18 @@ void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
   for (std::size_t k = 0; k < contacts.size(); ++k)
     along.emplace_back(axis.dot(contacts[k].point), k);
   std::ranges::sort(along);
+  const auto keeps = [&](std::size_t a, std::size_t b) {
+    const double farther = contacts[a].gap - contacts[b].gap;
+    return std::abs(farther) > distance ? farther < 0.0 : a < b;
+  };
   std::vector<bool> repeated(contacts.size(), false);
   for (std::size_t i = 0; i < along.size(); ++i)
-    for (std::size_t j = i + 1; j < along.size() && along[j].first < along[i].first + distance; ++j)
-      if ((contacts[along[i].second].point - contacts[along[j].second].point).norm() < distance)
-        repeated[std::max(along[i].second, along[j].second)] = true;
+    for (std::size_t j = i + 1; j < along.size() && along[j].first < along[i].first + distance;
+         ++j) {
+      const std::size_t a = along[i].second, b = along[j].second;
+      if ((contacts[a].point - contacts[b].point).norm() < distance)
+        repeated[keeps(a, b) ? b : a] = true;
+    }
   std::size_t n = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k)
     if (!repeated[k]) contacts[n++] = contacts[k];

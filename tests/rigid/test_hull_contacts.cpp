@@ -437,3 +437,20 @@ TEST_CASE("a body that falls fast on another body stops at its surface and keeps
       CHECK(m * state.velocities(0, 2) + n * state.velocities(1, 2) == Approx(-3.0 * n));
     }
 }
+
+// Both ends of an edge that stands on the floor are nearer to the floor than the contact distance,
+// which is 2 % of the size of a body, and they have the same nearest point.
+TEST_CASE("thin plates and rods rest on a floor by whichever side they lie on") {
+  const std::string shape = GENERATE("box", "convex");
+  const bool upside_down = GENERATE(false, true);
+  const Vec3 size =
+      GENERATE(Vec3(0.3, 0.3, 0.002), Vec3(0.5, 0.004, 0.004), Vec3(0.3, 0.03, 0.001));
+  CAPTURE(shape, upside_down, size.transpose());
+  RigidBody body =
+      body_of(box(size.x(), size.y(), size.z()), shape, Vec3(0.25, 0.25, 0.5 * size.z()));
+  if (upside_down) body.orientation = Vec4(0, 1, 0, 0);
+  RigidWorld world({body}, {floor_of(2.0, 1)}, gravity);
+  RigidState state = world.initial_state();
+  run(world, state, 1e-3, 200, 1);
+  CHECK(state.positions(0, 2) == Approx(0.5 * size.z()).epsilon(0.02));
+}
