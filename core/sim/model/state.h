@@ -44,9 +44,12 @@ struct SteppedState {
   // unresolved impacts. Written by build(), by functions that set positions, and by the stepper.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
+  // (k x 3) the same at the start of the last part [m]; no rows: the user had set no pose
+  Points previous_obstacle_vertices;
 
   std::size_t bytes() const {
-    return bytes_of(cloth, contacts.anchors, obstacle_vertices, rigid.manifolds);
+    return bytes_of(cloth, contacts.anchors, obstacle_vertices, previous_obstacle_vertices,
+                    rigid.manifolds);
   }
 };
 

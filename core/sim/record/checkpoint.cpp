@@ -38,6 +38,13 @@ void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Mat
         now.rows(), now.cols(), matrix.rows(), matrix.cols());
 }
 
+// Reads a table. If the checkpoint does not contain it, the table has no rows.
+template <class Matrix>
+void get_if_present(const Checkpoint& c, const std::string& name, Matrix& matrix) {
+  matrix.resize(0, matrix.cols());
+  if (c.arrays.count(name)) get(c, name, matrix);
+}
+
 // Reads a table. If the checkpoint does not contain it, all entries are zero.
 void get_unless_zero(const Checkpoint& c, const std::string& name, Points& matrix) {
   if (c.arrays.count(name))
@@ -102,13 +109,9 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   get(c, "cloth.previous_v", cloth.previous_v);
   get(c, "cloth.previous_bending", cloth.previous_bending);
   // Only the asynchronous integrator writes these tables.
-  cloth.element_steps.resize(0);
-  cloth.element_clocks.resize(0, 2);
-  cloth.element_positions.resize(0, 3);
-  if (c.arrays.count("cloth.element_steps")) get(c, "cloth.element_steps", cloth.element_steps);
-  if (c.arrays.count("cloth.element_clocks")) get(c, "cloth.element_clocks", cloth.element_clocks);
-  if (c.arrays.count("cloth.element_positions"))
-    get(c, "cloth.element_positions", cloth.element_positions);
+  get_if_present(c, "cloth.element_steps", cloth.element_steps);
+  get_if_present(c, "cloth.element_clocks", cloth.element_clocks);
+  get_if_present(c, "cloth.element_positions", cloth.element_positions);
 }
 
 // Reads `external_force` and `pin_target` into `s`, which is copied to `state` later. If a stored
@@ -172,6 +175,8 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "contacts.slip", slip);
   put(c, "contacts.normal_force", force);
   put(c, "obstacle_vertices", state.obstacle_vertices);
+  if (state.previous_obstacle_vertices.rows() > 0)
+    put(c, "previous_obstacle_vertices", state.previous_obstacle_vertices);
   put_rows(c, "external_force", state.external_force, state);
   if (!state.body_force.isZero(0.0)) put(c, "body_force", state.body_force);
   if (!state.body_torque.isZero(0.0)) put(c, "body_torque", state.body_torque);
@@ -212,8 +217,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   circuits.energy = energies[0], circuits.heat = energies[1], circuits.supply = energies[2];
   circuits.bearings = energies[3];
   get(c, "circuits.currents", circuits.currents, state.magnetic.circuits.currents);
-  s.magnetic.moments.resize(0, 3);
-  if (c.arrays.count("induced_moments")) get(c, "induced_moments", s.magnetic.moments);
+  get_if_present(c, "induced_moments", s.magnetic.moments);
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);
@@ -227,6 +231,9 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
                              static_cast<Index>(ids[3 * i + 1]), static_cast<Index>(ids[3 * i + 2]),
                              slip.row(i).transpose(), force[i]};
   get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
+  get_if_present(c, "previous_obstacle_vertices", s.previous_obstacle_vertices);
+  if (s.previous_obstacle_vertices.rows() > 0)
+    get(c, "previous_obstacle_vertices", s.previous_obstacle_vertices, state.obstacle_vertices);
   get_unless_zero(c, "body_force", s.body_force);
   get_unless_zero(c, "body_torque", s.body_torque);
   s.pin_override = flags(c, "pin_override");

@@ -126,13 +126,21 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
   report.withheld.momentum += done.certified.withheld_moment() / part.h;
 }
 
+void move_obstacles(const Points& next, State& state) {
+  if (std::ranges::find(state.pose_override, 1) != state.pose_override.end())
+    state.previous_obstacle_vertices = state.obstacle_vertices;
+  else
+    state.previous_obstacle_vertices.resize(0, 3);
+  state.obstacle_vertices = next;
+}
+
 }  // namespace
 
 Certified limit_and_certify(const StepContext& part, const Loads& loads, NearContacts& near,
                             State& state, Engines& engines, StepOutcome& outcome) {
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
-  state.obstacle_vertices = loads.next_obstacles;
+  move_obstacles(loads.next_obstacles, state);
   const auto mark = [&](const std::array<Index, 4>& vertices) {
     for (const Index vertex : vertices)
       if (vertex < n) outcome.contact[vertex] = 1;

@@ -56,10 +56,12 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
 // Returns the mean velocities of obstacle vertices in this part minus those in the last part
 // (k x 3) [m/s]. Returns no rows if the length of the last part is unknown or no obstacle moves in
 // this part. Velocities in the last part are turned with an obstacle that rotates, so steady
-// rotation gives no change. The change is 0 for an obstacle whose pose the user has set.
+// rotation gives no change. The change is 0 for an obstacle whose pose the user has set for the
+// first time.
 Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
                         const Model& model) {
-  const Points &now = state.obstacle_vertices, &next = loads.next_obstacles;
+  const Points &now = state.obstacle_vertices, &next = loads.next_obstacles,
+               &known = state.previous_obstacle_vertices;
   const double last = state.cloth.previous_step;
   if (!(last > 0.0) || now == next) return Points(0, 3);
   Points before;
@@ -69,11 +71,12 @@ Points obstacle_changes(const StepContext& part, const Loads& loads, const State
   for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
     const Index n = static_cast<Index>(model.obstacles[o].local.rows());
     const auto x1 = now.middleRows(row, n), x2 = next.middleRows(row, n);
-    if (!state.pose_override[o]) {
+    const bool by_user = state.pose_override[o];
+    if (!by_user || known.rows() > 0) {
       const RigidMotion motion = rigid_motion(x1, x2);
       const Mat3 turn = motion.rigid ? motion.rotation : Mat3::Identity();
-      changes.middleRows(row, n) =
-          (x2 - x1) / part.h - (x1 - before.middleRows(row, n)) / last * turn.transpose();
+      const auto x0 = (by_user ? known : before).middleRows(row, n);
+      changes.middleRows(row, n) = (x2 - x1) / part.h - (x1 - x0) / last * turn.transpose();
     }
     row += n;
   }

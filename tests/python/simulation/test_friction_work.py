@@ -43,6 +43,37 @@ def test_a_turntable_works_on_a_disc_only_until_the_disc_turns_with_it(integrato
     assert late.account.balance < 0
 
 
+@pytest.mark.parametrize("step", [1e-3, 4e-3])
+def test_a_tray_that_the_user_moves_carries_cloth_like_one_with_keyframes(step):
+    times = np.linspace(0.0, 1.0, 1001)
+
+    def place(t):
+        return np.array([0.5 * 0.6 * 0.3 * 9.81 * t**2, 0.0, 0.0])  # 0.6 of the largest friction
+
+    def slip(by_user):
+        motion = (
+            {} if by_user else {"times": times, "positions": np.array([place(t) for t in times])}
+        )
+        box = ls.meshes.box(size=(1, 1, 0.1)).moved((0, 0, -0.05))
+        tray = ls.obstacles.mesh(box, friction=0.3, thickness=1e-3, **motion)
+        mesh = ls.meshes.disc(radius=0.05, triangles=80).moved((0, 0, 0.0009))
+        cloth = ls.Cloth(mesh=mesh, friction=0.3, thickness=1e-3)
+        sim = ls.Simulation(
+            ls.Scene(cloths=[cloth], obstacles=[tray]),
+            integrator=ls.SemiImplicitEuler(step=step, accuracy=None),
+            threads=1,
+        )
+        x0 = sim.positions[:, 0].mean()
+        while sim.time < 0.8:
+            if by_user:
+                sim.set_obstacle_pose(0, position=place(sim.time + step))
+            sim.step()
+        return sim.positions[:, 0].mean() - x0 - place(sim.time)[0]
+
+    assert slip(by_user=True) == pytest.approx(slip(by_user=False), abs=1e-5)
+    assert abs(slip(by_user=True)) < 0.5e-3
+
+
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
 def test_friction_stops_a_sliding_sheet_and_takes_its_kinetic_energy(integrator):
     mesh = ls.grid(size=(0.2, 0.2), cells=(8, 8)).moved((0, 0, 0.0031))
