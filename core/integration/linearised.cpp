@@ -28,12 +28,14 @@ namespace {
 // kept. Our choice. In a landing, the normal forces of the first solve can be three times as large
 // as those of the second one. With `most_solves` = 2, sheets that land on a floor have up to 3.4
 // times the friction of Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a
-// floor stops in a single step. With `force_tolerance_again` = 0.5, a disc that turns with a
-// turntable creeps on it.
-constexpr double force_tolerance = 0.1, force_tolerance_again = 1.0;
+// floor stops in a single step. With `force_tolerance` = 0.1, a sheet on an incline that is 6 %
+// steeper than friction can hold starts half a second late. With `force_tolerance_again` = 0.5, a
+// disc that turns with a turntable creeps on it.
+constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
 // Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
-// choice: friction may have an error of a tenth, so a tolerance of a hundredth is accurate enough.
+// choice: friction may have an error of a fiftieth, so a tolerance of a hundredth is accurate
+// enough.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. The tolerance is therefore relative to at least this fraction of the

@@ -43,6 +43,27 @@ def test_a_turntable_works_on_a_disc_only_until_the_disc_turns_with_it(integrato
     assert late.account.balance < 0
 
 
+@pytest.mark.parametrize("slope", [1.06, 1.4])
+def test_a_sheet_slides_down_an_incline_by_coulombs_law(slope):
+    friction = 0.5
+    angle = np.arctan(slope * friction)
+    along = np.array([np.cos(angle), 0.0, -np.sin(angle)])
+    turn = np.column_stack([along, [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]])
+    box = ls.meshes.box(size=(4, 1, 0.1)).moved((0, 0, -0.05)).moved(rotation=turn)
+    plane = ls.obstacles.mesh(box, friction=friction, thickness=1e-3)
+    mesh = ls.meshes.irregular(size=(0.2, 0.2), triangles=150)
+    mesh = mesh.moved((0, 0, 0.95e-3)).moved(rotation=turn)
+    cloth = ls.Cloth(mesh=mesh, material=ls.fabrics["cotton"], friction=friction, thickness=1e-3)
+    sim = ls.Simulation(ls.Scene(cloths=[cloth], obstacles=[plane]), threads=1)
+    start = sim.positions.mean(axis=0)
+    while sim.time < 1.0:
+        sim.step()
+    way = (sim.positions.mean(axis=0) - start) @ along
+    # The friction coefficient that gives this way.
+    measured = np.tan(angle) - 2.0 * way / (9.81 * np.cos(angle) * sim.time**2)
+    assert measured == pytest.approx(friction, rel=0.02)
+
+
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
 def test_a_tray_that_the_user_moves_carries_cloth_like_one_with_keyframes(step):
     times = np.linspace(0.0, 1.0, 1001)
