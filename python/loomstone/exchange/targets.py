@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .._core import CacheError, InvalidInput
@@ -14,14 +14,20 @@ from ..base.replacement import replacement, written
 
 __all__ = ["check_free", "remove_sequences", "unfinished", "unfinished_directory"]
 
+# Directory in the target of an export that holds the files until all are complete.
+_UNFINISHED = "unfinished-export"
+
 
 def check_free(path: Path, *, overwrite: bool) -> None:
     """Raises InvalidInput if `path` is a file or a non-empty directory, unless `overwrite` is set.
 
+    A directory that holds only the files of an export that was killed counts as empty.
     Creates the directory in which `path` lies; raises CacheError if that is not possible.
     """
     try:
-        taken = any(path.iterdir()) if path.is_dir() else path.exists()
+        taken = path.exists()
+        if path.is_dir():
+            taken = any(each.name != _UNFINISHED for each in path.iterdir())
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CacheError(f"{path}: cannot be written: {error.strerror or error}") from error
@@ -51,19 +57,23 @@ def unfinished(path: Path, *, size: int) -> Iterator[Path]:
 def unfinished_directory(directory: Path) -> Iterator[Path]:
     """Yields the path of a new directory, whose files move to `directory` when all are complete.
 
-    If writing fails, the new directory is removed, and an OSError becomes a CacheError.
+    The new directory lies in `directory`, which therefore may be the working directory or a mount.
+    If writing fails, both are removed if they are new, and an OSError becomes a CacheError.
     """
-    partial = directory.with_name(f"unfinished-{directory.name}")
+    partial = directory / _UNFINISHED
+    new = not directory.exists()
     try:
         with written(directory):
             shutil.rmtree(partial, ignore_errors=True)
-            partial.mkdir()
+            partial.mkdir(parents=True)
             yield partial
-            directory.mkdir(exist_ok=True)
             for path in sorted(partial.iterdir()):
                 path.replace(directory / path.name)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+        if new:
+            with suppress(OSError):  # it holds the files of a complete export
+                directory.rmdir()
 
 
 def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> None:
