@@ -20,6 +20,7 @@ from ..base.claims import broken_claim
 from ..base.interruption import leave_interrupts_to_python
 from ..ranks import launched_rank, share_failure
 from ..runs.signals import Abandoned
+from .closed_streams import open_closed_streams
 
 __all__ = ["WrongCommand", "app", "command_line", "main", "report", "session"]
 
@@ -162,4 +163,5 @@ def _warnings_in_one_line() -> Iterator[None]:
 
 def main() -> Any:
     """Entry point of the command `loomstone`."""
+    open_closed_streams()
     return app()

@@ -35,6 +35,33 @@ def test_a_closed_pipe_ends_a_command_without_a_message():
     assert done.stderr == ""
 
 
+@pytest.mark.parametrize("end", [">&-", "--quiet >&-", "--json <&- >&- 2>&-"])
+def test_a_command_with_closed_streams_succeeds(tmp_path, loomstone, end):
+    (tmp_path / "body.py").write_text(BODY)
+    command = f"{sys.executable} -m loomstone run body.py --out body {end}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert loomstone("check", "body")[0] == 0
+
+
+def test_an_error_without_standard_error_has_its_exit_code_and_prints_nothing():
+    command = f"{sys.executable} -m loomstone info absent 2>&-"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (1, "")
+
+
+def test_a_closed_stream_is_the_null_device_also_for_libraries(tmp_path):
+    lines = [
+        "import os, sys; from loomstone.cli.closed_streams import open_closed_streams as opened",
+        "opened(); file = open('file', 'w')",
+        "os.write(1, b'of a library'); print('of Python', flush=True)",
+    ]
+    command = f'{sys.executable} -c "{chr(10).join(lines)}" >&- <&-'
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "file").read_text() == ""
+
+
 def test_an_error_of_the_system_names_its_file_in_one_sentence(loomstone, body_run):
     (body_run / "steps.csv").unlink()
     (body_run / "steps.csv").mkdir()
