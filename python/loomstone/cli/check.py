@@ -67,6 +67,7 @@ def info(
         if source:
             print_source(path)
         elif as_json:
-            Words(as_json=True).json(facts(path))
+            with Words(as_json=True) as words:
+                words.json(facts(path))
         else:
             describe(path)

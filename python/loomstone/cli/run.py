@@ -109,8 +109,10 @@ def run(
     \b
         loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
     """
-    with session() as communicator:
-        words = Words(communicator.rank, quiet=quiet, as_json=as_json)
+    with (
+        session() as communicator,
+        Words(communicator.rank, quiet=quiet, as_json=as_json) as words,
+    ):
         words.say(f"reading {scene}")
         check_given(duration=duration, rate=rate, step=step, integrator=integrator)
         check_decomposition(decomposition)
@@ -159,8 +161,10 @@ def resume(
     \b
         loomstone resume out/drape
     """
-    with session() as communicator:
-        words = Words(communicator.rank, quiet=quiet, as_json=as_json)
+    with (
+        session() as communicator,
+        Words(communicator.rank, quiet=quiet, as_json=as_json) as words,
+    ):
         if decomposition is not None:
             check_decomposition(decomposition)
         if communicator.rank == 0:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from contextlib import ExitStack, redirect_stdout
 from typing import Any
 
 from ..runs.observer import Observer, Silence
@@ -16,6 +17,9 @@ __all__ = ["Words"]
 class Words:
     """Prints the output of a command on rank 0, and nothing on other ranks.
 
+    With `as_json`, whatever else is printed in the `with` block of a Words, for example by a scene
+    file, goes to standard error.
+
     quiet : print no text except by insist()
     as_json : print no text except by insist(), but print the objects passed to json()
     """
@@ -24,6 +28,16 @@ class Words:
         if quiet and as_json:
             raise WrongCommand("--quiet and --json must not be given together; give one of them")
         self._rank, self._text, self._as_json = rank, not (quiet or as_json), as_json
+        self._out = sys.stdout
+        self._block = ExitStack()
+
+    def __enter__(self) -> Words:
+        if self._as_json:
+            self._block.enter_context(redirect_stdout(sys.stderr))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._block.close()
 
     def say(self, line: str) -> None:
         """Prints a line of text."""
@@ -38,7 +52,7 @@ class Words:
     def json(self, content: dict[str, Any]) -> None:
         """Prints a JSON object if the user has asked for JSON."""
         if self._rank == 0 and self._as_json:
-            print(json.dumps(content, indent=1, default=str), flush=True)
+            print(json.dumps(content, indent=1, default=str), file=self._out, flush=True)
 
     def observer(self) -> Observer:
         """Returns an observer of a run. It shows the progress on rank 0, unless text is off."""

@@ -91,6 +91,18 @@ def test_json_is_one_object_for_programs(loomstone):
     assert code == 2 and "--quiet and --json must not be given together" in said.err
 
 
+def test_json_is_not_mixed_with_what_a_scene_file_prints(loomstone, tmp_path):
+    prints = "print('module')\ndef control(sim):\n    print('control')\n"
+    noisy = prints + SMALL.replace("    return", "    print('scene')\n    return")
+    (tmp_path / "noisy.py").write_text(noisy)
+    for command in (("run", "noisy.py", "--out", "out"), ("resume", "out"), ("info", "noisy.py")):
+        code, said = loomstone(*command, "--json")
+        assert code == 0 and isinstance(json.loads(said.out), dict), command
+        assert said.err.startswith("module\n"), command
+        assert ("control\n" in said.err) == (command[0] == "run")
+    assert "module\n" in loomstone("info", "noisy.py")[1].out
+
+
 def test_info_describes_every_kind_of_file_as_json(loomstone, tmp_path):
     loomstone("run", "scene.py", "--out", "out", "-p", "cells=3", "--quiet")
     ls.meshes.write("mesh.obj", ls.grid(cells=(2, 2)))
