@@ -6,7 +6,7 @@ import threading
 import time
 from typing import Any
 
-from .._core import Camera, InvalidInput
+from .._core import CacheError, Camera, InvalidInput
 from ..runs.cache import Run
 from .page import Page
 
@@ -83,8 +83,14 @@ class Player:
             self._changed.clear()
 
     def _grow(self) -> None:
-        """Extends the timeline by frames written since the run was last read."""
-        reopened = Run(self._run.directory)
+        """Extends the timeline by frames written since the run was last read.
+
+        If the run cannot be read now, the page keeps its frames, and reads the run again later.
+        """
+        try:
+            reopened = Run(self._run.directory)
+        except CacheError:
+            return
         if len(reopened) > len(self._run):
             self._run = reopened
             self._slider.max = len(reopened) - 1

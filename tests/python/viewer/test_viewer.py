@@ -128,6 +128,26 @@ def test_a_run_is_served_and_played(run):
         player.stop()
 
 
+@pytest.mark.parametrize("unreadable", [0, 1])
+def test_new_frames_of_a_run_in_progress_are_shown(tmp_path, monkeypatch, unreadable):
+    ls.Simulation(scene(), threads=1).run(out=tmp_path, duration=0.08)
+    player = viewer.play(tmp_path, port=0)
+    failures = iter([ls.CacheError("the file is being written")] * unreadable)
+
+    def reopened(path):
+        for failure in failures:
+            raise failure
+        return ls.Run(path)
+
+    monkeypatch.setattr(viewer.player, "Run", reopened)
+    try:
+        ls.Simulation(scene(), threads=1).run(out=tmp_path, duration=0.2, resume=True)
+        _until(lambda: player.page.frame.time > 0.15)
+        assert player._slider.max == 5 and next(failures, None) is None
+    finally:
+        player.stop()
+
+
 def test_a_run_is_played_with_at_most_30_pictures_per_second(run):
     player = viewer.play(run, port=0)
     shown = []
