@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import operator
 import os
@@ -61,6 +62,9 @@ class Run:
             )
         self._path = str(path)
         self._file: FrameReader | None = FrameReader(self._path)
+        # Arrays of a FrameReader keep its files open, so what outlives close() is a copy.
+        self._topology: FrameTopology | None = None
+        self._times: NDArray[np.float64] | None = None
         self.directory = Path(path) if Path(path).is_dir() else Path(path).parent
 
     @property
@@ -71,7 +75,7 @@ class Run:
 
     def close(self) -> None:
         """Closes the files. Frames that have been read stay valid."""
-        self._file = None
+        self._file = self._topology = self._times = None
 
     def __enter__(self) -> Run:
         return self
@@ -103,7 +107,10 @@ class Run:
     @property
     def times(self) -> NDArray[np.float64]:
         """(frames) times of the frames [s]."""
-        return self._reader.times
+        if self._times is None:
+            self._times = self._reader.times.copy()
+            self._times.flags.writeable = False
+        return self._times
 
     @property
     def positions(self) -> Stacked:
@@ -138,7 +145,9 @@ class Run:
     @property
     def topology(self) -> FrameTopology:
         """The data that all frames of the run have in common."""
-        return self._reader.topology
+        if self._topology is None:
+            self._topology = copy.copy(self._reader.topology)
+        return self._topology
 
     @property
     def metadata(self) -> dict[str, Any]:

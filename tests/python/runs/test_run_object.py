@@ -1,5 +1,7 @@
 """Run: stacked arrays of frames, steps as a table, and closing of files."""
 
+import os
+
 import loomstone as ls
 import numpy as np
 import pytest
@@ -58,6 +60,25 @@ def test_a_run_closes_its_files_at_the_end_of_a_with(run):
     with pytest.raises(ls.CacheError, match="the run is closed; open it again"):
         opened[0]
     opened.close()
+
+
+def test_a_closed_run_keeps_no_file_open_for_what_was_read(run):
+    def kept():
+        with ls.Run(run.directory) as opened:
+            frame, topology = opened[0], opened.topology
+            return frame, frame.positions, opened.times, topology, topology.triangles
+
+    before = os.listdir("/proc/self/fd")
+    frame, positions, times, topology, triangles = kept()
+    assert os.listdir("/proc/self/fd") == before
+    assert np.array_equal(frame.positions, positions) and np.array_equal(times, run.times)
+    assert np.array_equal(topology.triangles, run.topology.triangles) and len(triangles) == 200
+
+
+def test_times_and_topology_of_a_run_are_read_only(run):
+    for array in (run.times, run.topology.triangles):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
 
 
 def test_a_closed_run_has_a_text_and_no_picture(hanging, tmp_path):
