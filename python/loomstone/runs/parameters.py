@@ -232,6 +232,8 @@ def _read(value: Any, kind: Any) -> Any:
         return value == "true"
     if kind is float and type(value) is int:
         return float(value)
+    if kind is int and type(value) is float and value.is_integer():
+        return int(value)
     if kind in (bool, int, float, type(None)):
         if type(value) is not kind:
             raise _Refused
@@ -250,8 +252,12 @@ def _text(value: Any) -> str:
 
 
 def _of_union(value: Any, kinds: Sequence[Any]) -> Any:
-    """Returns a value of the first type that accepts it; str comes last, as it accepts any text."""
-    for kind in sorted(kinds, key=lambda kind: kind is str):
+    """Returns a value of the first type that accepts it.
+
+    Types that convert it come last: int for a float, and str, which accepts any text.
+    """
+    decimal = type(value.value if isinstance(value, Given) else value) is float
+    for kind in sorted(kinds, key=lambda kind: (kind is str, kind is int and decimal)):
         try:
             return _read(value, kind)
         except _Refused:

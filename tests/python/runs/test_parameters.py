@@ -18,7 +18,7 @@ def scene(x: float = 3, label: str = "1", xs: list = [1, 2], size: tuple = (0.5,
           mode: Literal["a", "b", "1"] = "a", level: Literal[1, 2] = 1, count: int = 4,
           maybe: Optional[float] = None, auto: float | str = "auto", bound: float = None,
           path: Path = Path("x"), other: Absent = 3, free: Any = 3, plain=4, shape=(1, 2),
-          untyped=None):
+          untyped=None, number: int | float = 1):
     return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)), pins=[0])])
 """
 
@@ -49,6 +49,9 @@ def scene(tmp_path):
         ("mode=1", "1"),
         ("level=2", 2),
         ("count=5e3", 5000),
+        ("count=100.0", 100),
+        ("number=2.0", 2.0),
+        ("number=2", 2),
         ("maybe=2", 2.0),
         ("maybe=None", None),
         ("auto=2", 2.0),

@@ -117,6 +117,7 @@ def test_a_run_that_fails_is_named_and_the_others_are_completed(scene, tmp_path)
         (["-p", "cells"], "-p must be name=value, got 'cells'", 2),
         (["-p", "cels=3,4"], "did you mean cells?", 1),
         (["-p", "cells=3,4.5"], "parameter cells must be an int", 1),
+        (["-p", "cells=10:20:4"], "parameter cells must be an int like 6, got 13.3333333333", 1),
         (["-p", "cells=3,4", "-p", "cells=5"], "-p cells must be given once", 2),
         (["-p", "cells=3,3"], "-p cells must have different values", 2),
         (["-p", "friction=0:1:1"], "at least 2 values", 2),
