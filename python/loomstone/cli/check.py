@@ -10,7 +10,7 @@ import typer
 from ..runs.cache import Run
 from ..runs.parameters import given_parameters
 from ..runs.scene_file import SceneFile
-from .application import app, command_line, session
+from .application import WrongCommand, app, command_line, session
 from .facts import facts
 from .inspection import check_run, check_scene, describe, print_source
 from .options import AsJson, Parameters, Trust
@@ -40,6 +40,11 @@ def check(
     """
     with session(parallel=False):
         if path.is_dir() or path.suffix == ".vtkhdf":
+            if p or render:
+                raise WrongCommand(
+                    f"{'-p' if p else '--render'} is an option for scene files, but {path} is a"
+                    " run; leave it out"
+                )
             good = check_run(Run(path.absolute()), trust=trust)
         else:
             with command_line():

@@ -17,6 +17,8 @@ from .application import WrongCommand, app, command_line, session
 from .options import one_of
 
 KINDS = (*plots.KINDS, "parallel")
+CURVES = ("force", "torque")  # of magnets that --mesh gives
+ALONG_Z = "0,0,1"
 
 
 @app.command()
@@ -44,10 +46,10 @@ def plot(
     ] = [],  # noqa: B006
     polarization: Annotated[
         str, typer.Option(help="polarization J = mu0 M of the magnets [T]")
-    ] = "0,0,1",
+    ] = ALONG_Z,
     axis: Annotated[
         str, typer.Option(help="direction from the second magnet to the first")
-    ] = "0,0,1",
+    ] = ALONG_Z,
     reach: Annotated[
         float, typer.Option(help="largest distance [m]; 0: the second magnet's radius")
     ] = 0.0,
@@ -68,16 +70,16 @@ def plot(
         loomstone plot force --mesh magnet.obj --polarization 0,0,1.2 --out force.png
     """
     with session(parallel=False):
-        run = _only_run(runs, what)
-        if str(run) in ("force", "torque") and not run.is_dir():
+        if curve := _curve(runs):
             from ..magnetics.mesh_pictures import curve_of_meshes, numbers
 
             with command_line():
                 vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
-            path = curve_of_meshes(str(run), mesh, vector, along, reach, out or Path(f"{run}.png"))
-        elif what not in KINDS:
-            raise WrongCommand(f"--what must be one of {', '.join(KINDS)}, got {what!r}")
+            path = curve_of_meshes(curve, mesh, vector, along, reach, out or Path(f"{curve}.png"))
         else:
+            turned = {"--polarization": polarization != ALONG_Z, "--axis": axis != ALONG_Z}
+            _refuse({"--mesh": bool(mesh), **turned, "--reach": reach != 0.0})
+            run = _only_run(runs, what)
             path = _plot_runs(runs, what, out or run / f"{what}.png")
         print(f"plot: {path}")
 
@@ -124,8 +126,38 @@ def field(
             print(f"slice: {figures.plot_slice(magnet, slice_, plane=plane)}")  # type: ignore[arg-type]
 
 
+def _curve(runs: list[Path]) -> str | None:
+    """Returns the name in CURVES that stands instead of a run, or None if there are only runs.
+
+    Raises WrongCommand if there are both.
+    """
+    named = [str(run) for run in runs if str(run) in CURVES and not run.is_dir()]
+    others = [str(run) for run in runs if str(run) not in named]
+    if named and (others or len(named) > 1):
+        other = (others or named[1:])[0]
+        raise WrongCommand(
+            f"`plot {named[0]}` plots magnets given by --mesh, and nothing else, got also {other};"
+            f" leave out {other}"
+        )
+    return named[0] if named else None
+
+
+def _refuse(given: dict[str, bool]) -> None:
+    """Raises WrongCommand for the first option that is given although a run is plotted."""
+    for name in (name for name, is_given in given.items() if is_given):
+        raise WrongCommand(
+            f"{name} is an option for the magnets of `plot force` and `plot torque`, not for runs;"
+            " leave it out"
+        )
+
+
 def _only_run(runs: list[Path], what: str) -> Path:
-    """Returns the first run. Raises WrongCommand for several, unless `what` is "parallel"."""
+    """Returns the first run.
+
+    Raises WrongCommand for several, unless `what` is "parallel", and if `what` is not in KINDS.
+    """
+    if what not in KINDS:
+        raise WrongCommand(f"--what must be one of {', '.join(KINDS)}, got {what!r}")
     if len(runs) > 1 and what != "parallel":
         raise WrongCommand(f"only --what parallel plots several runs, got {len(runs)} for {what}")
     return runs[0]

@@ -103,6 +103,23 @@ def test_json_is_not_mixed_with_what_a_scene_file_prints(loomstone, tmp_path):
     assert "module\n" in loomstone("info", "noisy.py")[1].out
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("check", "out", "-p", "nonsense=1"), "-p is an option for scene files, but out is a run"),
+        (("check", "out", "--render", "a.png"), "--render is an option for scene files"),
+        (("plot", "out", "--mesh", "a.obj"), "--mesh is an option for the magnets of `plot force`"),
+        (("plot", "out", "--axis", "1,0,0"), "--axis is an option for the magnets"),
+        (("plot", "force", "out", "--mesh", "a.obj"), "given by --mesh, and nothing else, got"),
+        (("plot", "force", "torque", "--mesh", "a.obj"), "got also torque; leave out torque"),
+    ],
+)
+def test_an_option_that_would_have_no_effect_is_refused(loomstone, tmp_path, arguments, said):
+    (tmp_path / "out").mkdir()
+    code, told = loomstone(*arguments)
+    assert code == 2 and said in told.err and told.err.count("\n") == 1
+
+
 def test_info_describes_every_kind_of_file_as_json(loomstone, tmp_path):
     loomstone("run", "scene.py", "--out", "out", "-p", "cells=3", "--quiet")
     ls.meshes.write("mesh.obj", ls.grid(cells=(2, 2)))
