@@ -174,6 +174,15 @@ def test_what_a_rank_writes_counts_for_the_rows_it_owns(tmp_path):
     assert len(said) == 2 and said[0] == said[1] and said[0][0] == "forces 0.0 1.0"
 
 
+def test_after_a_step_every_rank_has_the_positions_of_all_vertices(tmp_path):
+    done, said = program(tmp_path, """
+        sim.step()
+        say("state", sim.positions.tolist(), sim.velocities.tolist())
+    """)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(said) == 2 and said[0] == said[1]
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
