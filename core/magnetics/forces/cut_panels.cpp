@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/magnetics/sources/constants.h"
 
@@ -41,6 +42,74 @@ Polygon corners_of(const Panel& panel) {
   if (panel.shape == Panel::Shape::triangle) return {panel.a, panel.a + panel.b, panel.a + panel.c};
   return {panel.a, panel.a + panel.b, panel.a + panel.b + panel.c, panel.a + panel.c};
 }
+
+// A curve that cuts a disc: the circle of this radius about Panel::a [m], or, if the radius is 0,
+// the line whose point nearest to the axis of the disc is `nearest` (see Panel::line0).
+struct Curve {
+  double radius;
+  Vec3 nearest;
+};
+
+// The cuts of a disc: curves, and the azimuths at which they cross each other or the boundaries of
+// the disc [rad]. Curves keep their order along the radius between neighbouring azimuths.
+class DiscCuts {
+ public:
+  explicit DiscCuts(const Panel& whole)
+      : whole_(whole), azimuths_{whole.azimuth, whole.azimuth + whole.turn} {}
+
+  void add_curve(const Curve& curve) { curves_.push_back(curve); }
+  // Adds the azimuth `azimuth` modulo a turn, if the disc contains it.
+  void add_azimuth(double azimuth) {
+    const double turns = (azimuth - whole_.azimuth) / (2.0 * pi);
+    const double phi = whole_.azimuth + 2.0 * pi * (turns - std::floor(turns));
+    if (phi < whole_.azimuth + whole_.turn) azimuths_.push_back(phi);
+  }
+  // Adds the two azimuths whose angle to `towards` has the given cosine, if there are any.
+  void add_azimuths(double towards, double cosine) {
+    if (!(std::abs(cosine) < 1.0)) return;
+    for (const double away : {std::acos(cosine), -std::acos(cosine)}) add_azimuth(towards + away);
+  }
+
+  std::vector<Panel> parts() {
+    std::sort(azimuths_.begin(), azimuths_.end());
+    std::vector<Panel> parts;
+    for (std::size_t k = 0; k + 1 < azimuths_.size(); ++k) {
+      Panel part = whole_;
+      part.azimuth = azimuths_[k], part.turn = azimuths_[k + 1] - azimuths_[k];
+      if (part.turn > 0.0) add_parts(part, parts);
+    }
+    return parts;
+  }
+
+ private:
+  // Adds the parts between the curves that cross the sector `part`.
+  void add_parts(Panel part, std::vector<Panel>& parts) const {
+    const double middle = part.azimuth + 0.5 * part.turn, cosine = std::cos(middle),
+                 sine = std::sin(middle);
+    std::vector<std::pair<double, std::size_t>> crossing;
+    for (std::size_t i = 0; i < curves_.size(); ++i) {
+      Panel beyond = part;
+      set_inner(curves_[i], beyond);
+      const double reach = beyond.reach(0, cosine, sine);
+      if (reach > whole_.radius0 && reach < whole_.radius1) crossing.emplace_back(reach, i);
+    }
+    std::sort(crossing.begin(), crossing.end());
+    for (const auto& [reach, i] : crossing) {
+      Panel inside = part;
+      inside.circle1 = curves_[i].radius, inside.line1 = curves_[i].nearest;
+      parts.push_back(inside);
+      set_inner(curves_[i], part);
+    }
+    parts.push_back(part);
+  }
+  static void set_inner(const Curve& curve, Panel& part) {
+    part.circle0 = curve.radius, part.line0 = curve.nearest;
+  }
+
+  Panel whole_;
+  std::vector<Curve> curves_;
+  std::vector<double> azimuths_;
+};
 
 }  // namespace
 
@@ -94,38 +163,51 @@ std::vector<Panel> cut_along_rims(const Panel& panel, const RigidPose& pose,
   whole.a = through + (panel.height0 - through.z()) / axis.z() * axis;
   const double off = std::hypot(whole.a.x(), whole.a.y()),
                towards = std::atan2(whole.a.y(), whole.a.x());
-  std::vector<double> rims;  // radii, in ascending order
-  for (const double rim : {cylinder.inner_radius, cylinder.radius})
-    if (rim > off) rims.push_back(rim);
-  if (rims.empty()) return {};
-  // A rim crosses a boundary of the disc at up to two azimuths.
-  std::vector<double> azimuths{panel.azimuth, panel.azimuth + panel.turn};
-  for (const double rim : rims)
-    for (const double radius : {panel.radius0, panel.radius1}) {
-      const double cosine = (radius * radius + off * off - rim * rim) / (2.0 * radius * off);
-      if (!(std::abs(cosine) < 1.0)) continue;
-      for (const double away : {std::acos(cosine), -std::acos(cosine)}) {
-        const double turns = (towards + away - panel.azimuth) / (2.0 * pi);
-        const double phi = panel.azimuth + 2.0 * pi * (turns - std::floor(turns));
-        if (phi < panel.azimuth + panel.turn) azimuths.push_back(phi);
-      }
-    }
-  std::sort(azimuths.begin(), azimuths.end());
-  std::vector<Panel> parts;
-  for (std::size_t k = 0; k + 1 < azimuths.size(); ++k) {
-    Panel part = whole;
-    part.azimuth = azimuths[k], part.turn = azimuths[k + 1] - azimuths[k];
-    if (part.turn <= 0.0) continue;
-    for (const double rim : rims) {
-      const double there = part.reach(rim, part.azimuth + 0.5 * part.turn);
-      if (there <= panel.radius0 || there >= panel.radius1) continue;
-      part.circle1 = rim;
-      parts.push_back(part);
-      part.circle0 = rim, part.circle1 = 0.0;
-    }
-    parts.push_back(part);
+  DiscCuts cuts(whole);
+  bool any = false;
+  for (const double rim : {cylinder.inner_radius, cylinder.radius}) {
+    if (!(rim > off)) continue;
+    any = true;
+    cuts.add_curve({rim, Vec3::Zero()});
+    for (const double radius : {panel.radius0, panel.radius1})
+      cuts.add_azimuths(towards, (radius * radius + off * off - rim * rim) / (2.0 * radius * off));
   }
-  return parts;
+  return any ? cuts.parts() : std::vector<Panel>();
+}
+
+std::vector<Panel> cut_disc_along_faces(const Panel& panel, const RigidPose& pose,
+                                        const UniformCuboid& cuboid) {
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  DiscCuts cuts(panel);
+  std::vector<Vec3> lines;
+  for (const int axis : {0, 1, 2})
+    for (const double side : {-0.5, 0.5}) {
+      // In the axes of the disc, the plane is the set of all x with normal . x = offset.
+      const Vec3 normal = rotation.row(axis).transpose(), across(normal.x(), normal.y(), 0.0);
+      const double offset =
+          side * cuboid.size[axis] - pose.position[axis] - normal.z() * panel.height0;
+      const double slope = across.norm(), away = std::abs(offset) / slope;
+      if (!(away < panel.radius1)) continue;
+      const double towards = std::atan2(across.y(), across.x()) + (offset < 0.0 ? pi : 0.0);
+      for (const double radius : {panel.radius0, panel.radius1})
+        cuts.add_azimuths(towards, away / radius);
+      cuts.add_azimuths(towards, 0.0);
+      // A line through the axis of the disc only bounds sectors.
+      if (away < 1e-9 * panel.radius1) continue;
+      lines.push_back(offset / (slope * slope) * across);
+      cuts.add_curve({0.0, lines.back()});
+    }
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      // The point of both lines solves p . x = |p|^2 for p = lines[i] and p = lines[j].
+      const Vec3 &p = lines[i], &q = lines[j];
+      const double area = p.x() * q.y() - p.y() * q.x();
+      if (area == 0.0) continue;
+      const double pp = p.squaredNorm(), qq = q.squaredNorm(), x = (pp * q.y() - qq * p.y()) / area,
+                   y = (qq * p.x() - pp * q.x()) / area;
+      if (std::hypot(x, y) < panel.radius1) cuts.add_azimuth(std::atan2(y, x));
+    }
+  return cuts.parts();
 }
 
 }  // namespace loomstone

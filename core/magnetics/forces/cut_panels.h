@@ -19,6 +19,12 @@ namespace loomstone {
 std::vector<Panel> cut_along_faces(const Panel& panel, const RigidPose& pose,
                                    const UniformCuboid& cuboid);
 
+// Returns parts that together cover the disc `panel` with its charge density. The planes of the
+// cuboid's faces cut the disc along lines, which become edges of the parts. `pose` is the pose of
+// the disc's body in the axes of the cuboid.
+std::vector<Panel> cut_disc_along_faces(const Panel& panel, const RigidPose& pose,
+                                        const UniformCuboid& cuboid);
+
 // Returns parts that together cover the disc `panel` with its charge density. The rims of the
 // cylinder or ring, projected along its axis onto the disc, cut the disc; parts of the rims become
 // edges v = 0 and v = 1 of the parts. A rim that does not surround the axis of the disc cuts

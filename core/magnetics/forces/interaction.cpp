@@ -106,12 +106,16 @@ int dimensions(const Source& source) {
   return 1;
 }
 
-// Returns whether to integrate over `a`. The integral is over the body with fewer dimensions(), or
-// over the one with the smaller radius if the dimensions are equal. Positions decide between bodies
-// of equal radius, so the choice does not depend on the order of the bodies.
+// Returns whether to integrate over `a`. The integral is over the body with fewer dimensions(). If
+// the dimensions are equal, it is over a cylinder rather than a cuboid, because the faces of the
+// cuboid can cut the discs of the cylinder (cut_panels.h), or otherwise over the body with the
+// smaller radius. Positions decide between bodies of equal radius, so the choice does not depend on
+// the order of the bodies.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
+  if (a.source->uniform_cylinder() && b.source->uniform_cuboid()) return true;
+  if (a.source->uniform_cuboid() && b.source->uniform_cylinder()) return false;
   const double ra = a.source->radius(), rb = b.source->radius();
   if (ra != rb) return ra < rb;
   return std::lexicographical_compare(a.pose.position.data(), a.pose.position.data() + 3,

@@ -45,6 +45,8 @@ struct Integrand : PanelTask {
         panel.shape == Panel::Shape::parallelogram || panel.shape == Panel::Shape::triangle;
     if (const auto cuboid = by.uniform_cuboid(); cuboid && flat)
       return cut_along_faces(panel, pose, *cuboid);
+    if (const auto cuboid = by.uniform_cuboid(); cuboid && panel.shape == Panel::Shape::disc)
+      return cut_disc_along_faces(panel, pose, *cuboid);
     if (const auto cylinder = by.uniform_cylinder(); cylinder && panel.shape == Panel::Shape::disc)
       return cut_along_rims(panel, pose, *cylinder);
     return {};

@@ -4,10 +4,14 @@
 
 namespace loomstone {
 
-double Panel::reach(double radius, double phi) const {
-  const double along = a.x() * std::cos(phi) + a.y() * std::sin(phi),
-               across = a.x() * std::sin(phi) - a.y() * std::cos(phi);
-  return along + std::sqrt(radius * radius - across * across);
+double Panel::reach(int boundary, double cosine, double sine) const {
+  const Vec3& line = boundary == 0 ? line0 : line1;
+  const double circle = boundary == 0 ? circle0 : circle1;
+  if (line.x() != 0.0 || line.y() != 0.0)
+    return line.squaredNorm() / (line.x() * cosine + line.y() * sine);
+  if (!(circle > 0.0)) return boundary == 0 ? radius0 : radius1;
+  const double along = a.x() * cosine + a.y() * sine, across = a.x() * sine - a.y() * cosine;
+  return along + std::sqrt(circle * circle - across * across);
 }
 
 PanelSample Panel::at(double u, double v) const {
@@ -37,8 +41,7 @@ PanelSample Panel::at(double u, double v) const {
       break;
     }
     case Shape::disc: {
-      const double inner = circle0 > 0.0 ? reach(circle0, phi) : radius0,
-                   outer = circle1 > 0.0 ? reach(circle1, phi) : radius1;
+      const double inner = reach(0, cosine, sine), outer = reach(1, cosine, sine);
       const double rho = inner + v * (outer - inner);
       s.position = Vec3(rho * cosine, rho * sine, height0);
       s.area.z() = sign * rho * turn * (outer - inner);

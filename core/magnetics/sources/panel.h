@@ -27,6 +27,9 @@ struct Panel {
   // If positive, the inner or outer boundary of a disc is the circle of this radius about `a` [m]
   // instead of the circle of radius0 or radius1. The circle must surround the z axis.
   double circle0 = 0.0, circle1 = 0.0;
+  // If not zero, the inner or outer boundary of a disc is a straight line instead. This point is
+  // the one of the line that is nearest to the z axis [m]; its z coordinate is 0.
+  Vec3 line0 = Vec3::Zero(), line1 = Vec3::Zero();
   Vec3 magnetization = Vec3::Zero();  // [A/m]; its normal component is the charge density
   double sign = 1.0;                  // sign of a side's or disc's normal (-1: bore, lower face)
   // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. On
@@ -34,9 +37,9 @@ struct Panel {
   double current = 0.0;
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }
-  // Returns the distance from the z axis to the circle of the given radius about `a`, in the
-  // direction of the azimuth phi [m]. The circle must surround the z axis.
-  double reach(double radius, double phi) const;
+  // Returns the distance from the z axis to the inner (0) or outer (1) boundary of a disc, in the
+  // direction (cosine, sine) [m].
+  double reach(int boundary, double cosine, double sine) const;
   // Returns the sample at (u, v) in the unit square; lines ignore v. Area, charge and current are
   // densities with respect to u and v.
   PanelSample at(double u, double v) const;

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -130,6 +131,58 @@ TEST_CASE("cut discs cover the disc, and no rim passes through a part") {
   }
   CHECK(n_parts >= 4);
   CHECK(std::abs(area - pi * (radius * radius - inner * inner)) < 1e-9 * area);
+}
+
+TEST_CASE("discs that a cuboid cuts cover the disc, and no face plane passes through a part") {
+  const double inner = GENERATE(0.0, 0.002), tilt = GENERATE(0.0, 1e-3, 0.3, 1.4);
+  const Vec3 at = GENERATE(Vec3(0.0012, 0.0007, 0.006), Vec3(0.005, 0.004, 0.0), Vec3(0, 0, 0.006));
+  CAPTURE(inner, tilt, at.transpose());
+  const RigidPose pose{
+      at, quaternion_product(quaternion_from_rotation_vector(Vec3(0, 0, 0.4)),
+                             quaternion_from_rotation_vector(tilt * Vec3(0.8, 0.6, 0.0)))};
+  const Mat3 turn = rotation_matrix(pose.orientation);
+  const double radius = 0.006;
+  double area = 0.0;
+  for (const Panel& panel : Cylinder(radius, 0.004, Vec3(0, 0, 1), inner).panels()) {
+    if (panel.shape != Panel::Shape::disc || panel.height0 > 0.0) continue;
+    for (const Panel& part : cut_disc_along_faces(panel, pose, {size, polarization})) {
+      std::array<double, 6> low, high;
+      low.fill(1.0), high.fill(-1.0);
+      const GaussRule& rule = gauss_rule(10);
+      for (int i = 0; i < 100; ++i) {
+        const PanelSample sample =
+            part.at(0.5 + 0.5 * rule.nodes[i / 10], 0.5 + 0.5 * rule.nodes[i % 10]);
+        area += 0.25 * rule.weights[i / 10] * rule.weights[i % 10] * std::abs(sample.area.z());
+        const Vec3 x = pose.position + turn * sample.position;
+        for (int side = 0; side < 6; ++side) {
+          const double height = x[side / 2] - (side % 2 - 0.5) * size[side / 2];
+          low[side] = std::min(low[side], height), high[side] = std::max(high[side], height);
+        }
+      }
+      for (int side = 0; side < 6; ++side) CHECK((low[side] > -1e-9 || high[side] < 1e-9));
+    }
+  }
+  CHECK(area == Approx(pi * (radius * radius - inner * inner)).epsilon(1e-6));
+}
+
+// Without the cuts, two million points of the field do not suffice for this tolerance.
+TEST_CASE("the force of a cuboid on a disc that lies flush is the derivative of the energy") {
+  const double off = GENERATE(3e-4, 4e-3), inner = GENERATE(0.0, 0.002);
+  CAPTURE(off, inner);
+  const auto below = std::make_shared<Cuboid>(size, polarization);
+  const auto above = std::make_shared<Cylinder>(0.004, 0.003, Vec3(0, 0.3, 1.0), inner);
+  const auto at = [&](double x) {
+    return MagneticBody{above, {Vec3(x, 2e-4, 0.0045 + 1e-9), Vec4(1, 0, 0, 0)}};
+  };
+  const MagneticBody fixed{below, {Vec3::Zero(), Vec4(1, 0, 0, 0)}};
+  const Wrench wrench = magnetic_wrench(at(off), fixed, 1e-6, 0.0);
+  const double norm = std::max(wrench.force.norm(), wrench.torque.norm() / above->radius());
+  CHECK(wrench.error <= 1e-6 * norm);
+  const double step = 1e-5;
+  const double slope = (magnetic_energy(at(off + step), fixed, 1e-9) -
+                        magnetic_energy(at(off - step), fixed, 1e-9)) /
+                       (2 * step);
+  CHECK(wrench.force.x() == Approx(-slope).margin(1e-4 * norm));
 }
 
 TEST_CASE(
