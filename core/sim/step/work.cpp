@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "core/base/rotation.h"
 #include "core/parallel/merge_runs.h"
 #include "core/sim/step/energies.h"
 
@@ -38,18 +40,46 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
-// Returns the work of the user's forces and torques on bodies [J]. The angle through which a body
-// turns is computed from the mean of its angular velocities at the start and the end of the part.
-double work_on_bodies(const StepContext& part, const Loads& loads, const State& state) {
+// Largest turn of a free body in a part for which the rigid-body engine computes the angle
+// correctly if the body has the same moment of inertia about all axes [rad]. Beyond it, the angle
+// is too small.
+constexpr double largest_exact_turn = M_PI / 4.0;
+
+// Returns the rotation vector in world axes [rad] of a turn from `start` to `end`, which can be
+// longer than pi. `guess` selects the number of whole turns, and the rotation that it leaves is
+// added. Half of the guess is undone at each end, so the reverse turn has the opposite vector.
+Vec3 turn_near(const Vec3& guess, const Vec4& start, const Vec4& end) {
+  const Vec4 back = quaternion_from_rotation_vector(-0.5 * guess);
+  const Vec4 turn = quaternion_product(end, quaternion_inverse(start));
+  return guess + rotation_vector(quaternion_product(back, quaternion_product(turn, back)));
+}
+
+// Returns the rotation vector of body b in the part, in world axes [rad]. A body that is attached
+// to cloth can vibrate within the part, so the angle does not follow from its angular velocities at
+// both ends. For bodies that spin freely and fast, it does.
+Vec3 turn_of_body(const StepContext& part, const Loads& loads, const State& state,
+                  const Model& model, Index b) {
+  const Vec3 first = loads.body_angular_velocity.row(b).transpose(),
+             last = state.rigid.angular_velocities.row(b).transpose();
+  const Vec3 mean = 0.5 * part.h * (first + last);
+  const bool attached = std::any_of(model.attachments.begin(), model.attachments.end(),
+                                    [&](const AttachedVertex& vertex) { return vertex.body == b; });
+  if (!attached && part.h * std::max(first.norm(), last.norm()) > largest_exact_turn) return mean;
+  return turn_near(mean, loads.body_poses[static_cast<std::size_t>(b)].orientation,
+                   state.rigid.orientations.row(b).transpose());
+}
+
+// Returns the work of the user's forces and torques on bodies [J].
+double work_on_bodies(const StepContext& part, const Loads& loads, const State& state,
+                      const Model& model) {
   double work = 0.0;
   for (Index b = 0; b < state.body_force.rows(); ++b) {
-    if (state.body_force.row(b).isZero(0.0) && state.body_torque.row(b).isZero(0.0)) continue;
+    const Vec3 force = state.body_force.row(b).transpose(),
+               torque = state.body_torque.row(b).transpose();
+    if (force.isZero(0.0) && torque.isZero(0.0)) continue;
     const Vec3 moved = state.rigid.positions.row(b).transpose() -
                        loads.body_poses[static_cast<std::size_t>(b)].position;
-    const Points& start = loads.body_angular_velocity;
-    work += state.body_force.row(b).dot(moved.transpose()) +
-            0.5 * part.h *
-                state.body_torque.row(b).dot(state.rigid.angular_velocities.row(b) + start.row(b));
+    work += force.dot(moved) + torque.dot(turn_of_body(part, loads, state, model, b));
   }
   return work;
 }
@@ -245,7 +275,7 @@ bool surfaces_move(const Loads& loads) {
 
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines) {
-  const double on_bodies = work_on_bodies(part, loads, state);
+  const double on_bodies = work_on_bodies(part, loads, state, engines.model);
   if (engines.model.cloth.n_vertices == 0)
     return {.scripts = solved.moved.obstacle_work, .loads = on_bodies};
   PartWork work = work_of_contacts(part, loads, near, solved, state, engines);
