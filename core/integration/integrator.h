@@ -42,7 +42,7 @@ using ForcesAfter = std::function<double(const Points& displacement, double time
 // other and with obstacles.
 struct BodiesOfStep {
   const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
-  // (2 b x 3) velocities at the start, after the impulses of the user's forces [m/s, rad/s]
+  // (2 b x 3) velocities at the start, before the impulses of any loads [m/s, rad/s]
   const Points* velocity = nullptr;
   // Vertices attached to bodies, each listed once.
   const std::vector<AttachedVertex>* attached = nullptr;

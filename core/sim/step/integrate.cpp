@@ -116,8 +116,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   respond_to(gain, engines, near.any_terms, inputs);
   inputs.couples_bodies = model.n_bodies() > 0 &&
                           (near.any_terms || !near.tangle.empty() || !model.attachments.empty());
-  Points start = body_velocities(state.rigid);
-  add_body_impulses(loads, start);
+  const Points start = body_velocities(state.rigid);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses,
                             &solved.with_cloth};
   if (engines.integrator->moves_bodies()) {

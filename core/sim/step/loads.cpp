@@ -10,6 +10,15 @@ namespace loomstone {
 
 namespace {
 
+// Adds to `velocity` (2 b x 3) the changes that loads.body_impulse causes.
+void add_body_impulses(const Loads& loads, Points& velocity) {
+  for (Index row = 0; row < velocity.rows(); ++row) {
+    if (loads.body_impulse.row(row).isZero(0.0)) continue;
+    velocity.row(row) +=
+        (loads.body_mass[row].inverse() * loads.body_impulse.row(row).transpose()).transpose();
+  }
+}
+
 // Predicts the velocities of bodies under gravity, the user's forces and, if there is cloth,
 // magnetic forces, so that the solve adds only the effect of the cloth.
 void predict_bodies(const StepContext& part, const State& state, const Engines& engines,
@@ -45,14 +54,6 @@ void predict_bodies(const StepContext& part, const State& state, const Engines& 
 }
 
 }  // namespace
-
-void add_body_impulses(const Loads& loads, Points& velocity) {
-  for (Index row = 0; row < velocity.rows(); ++row) {
-    if (loads.body_impulse.row(row).isZero(0.0)) continue;
-    velocity.row(row) +=
-        (loads.body_mass[row].inverse() * loads.body_impulse.row(row).transpose()).transpose();
-  }
-}
 
 Rows own_cloth_rows(const Engines& engines) {
   const Index n = engines.model.cloth.n_vertices;

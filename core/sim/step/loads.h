@@ -44,9 +44,6 @@ Rows own_cloth_rows(const Engines& engines);
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        RowsOut force);
 
-// Adds to `velocity` (2 b x 3) the changes that loads.body_impulse causes.
-void add_body_impulses(const Loads& loads, Points& velocity);
-
 // Returns whether a script or a target of the user moves any prescribed vertex in the part.
 bool pins_move(const ClothModel& cloth, const Loads& loads);
 
