@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rigid/surface_guard.h"
+
 namespace loomstone {
 
 namespace {
@@ -78,6 +80,9 @@ void BulletWorld::set_restitution(const btPersistentManifold& manifold, double r
 }
 
 void BulletWorld::solveConstraints(btContactSolverInfo& info) {
+  before_.clear();
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
+    before_.push_back(m_nonStaticRigidBodies[i]->getWorldTransform().getOrigin());
   for (int m = 0; m < getDispatcher()->getNumManifolds(); ++m) {
     btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(m);
     const btScalar restitution =
@@ -87,6 +92,13 @@ void BulletWorld::solveConstraints(btContactSolverInfo& info) {
       set_restitution(manifold, restitution, info, manifold.getContactPoint(k));
   }
   btDiscreteDynamicsWorld::solveConstraints(info);
+}
+
+void BulletWorld::integrateTransforms(btScalar step) {
+  btDiscreteDynamicsWorld::integrateTransforms(step);
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
+    if (!m_nonStaticRigidBodies[i]->isStaticOrKinematicObject())
+      stop_at_surfaces(*getBroadphase(), before_[i], step, *m_nonStaticRigidBodies[i]);
 }
 
 BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
@@ -102,8 +114,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   pairs.enter(dispatcher, configuration);
   world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test for polyhedra
   broadphase.m_cupdates = 100;  // percentage of pairs that each step checks for separation
-  world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
-  info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
+  info.m_splitImpulsePenetrationThreshold = 0.0;  // resolving penetration adds no velocity
   world.setGravity(to_bullet(gravity));
 }
 

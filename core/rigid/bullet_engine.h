@@ -29,6 +29,11 @@ namespace loomstone {
 // together do not make them bounce. A body bounces in the step in which it reaches the other body,
 // even if there is still a gap at the start of the step. Without this rule, Bullet would brake the
 // body to the speed that closes the gap in this step, and nothing would be left to bounce.
+//
+// Bullet's continuous detection is not used. It sweeps a sphere by an iteration that does not
+// converge if the sphere slides along a surface, and then stops or deflects bodies. The collision
+// algorithms of this directory find contacts ahead of the motion instead, and surface_guard.h
+// checks the result.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   // Changes of a body's velocities by forces [m/s], [rad/s].
@@ -52,12 +57,15 @@ class BulletWorld : public btDiscreteDynamicsWorld {
  protected:
   void saveKinematicState(btScalar) override {}
   void solveConstraints(btContactSolverInfo& info) override;
+  void integrateTransforms(btScalar step) override;
 
  private:
   void set_restitution(const btPersistentManifold& manifold, double restitution,
                        const btContactSolverInfo& info, btManifoldPoint& point) const;
 
   std::vector<btScalar> margins_;  // contact distance of each object of the world [m]
+  std::vector<btVector3>
+      before_;  // scratch memory: positions of the dynamic bodies before the solve
   Kicks kicks_;
 };
 

@@ -4,8 +4,11 @@
 #include <new>
 #include <utility>
 
+#include "core/rigid/crossing.h"
 #include "core/rigid/facets.h"
 #include "core/rigid/hull_contacts.h"
+#include "core/rigid/manifold_point.h"
+#include "core/rigid/pair_algorithm.h"
 #include "core/rigid/step_motion.h"
 
 namespace loomstone {
@@ -86,7 +89,9 @@ class HullAlgorithm : public btCollisionAlgorithm {
     const double reach = std::max(near, largest_motion(*hull.getCollisionShape(), to_end));
     const std::size_t n_met = collect(hull, other, reach);
     finder_.find({polyhedron, triangles_, n_met, reach, manifolds_.size(), before_}, planes_);
-    if (reach > near && !meets_at_end(polyhedron, to_end, n_met, near)) remove_contacts_ahead(near);
+    if (reach > near && !meets_at_end(polyhedron, to_end, n_met, near) &&
+        !passes(polyhedron, to_end, n_met))
+      remove_contacts_ahead(near);
     for (btPersistentManifold* manifold : manifolds_) manifold->setContactBreakingThreshold(reach);
     put_points(hull, near, *result);
     for (btPersistentManifold* manifold : manifolds_) manifold->setContactBreakingThreshold(near);
@@ -126,6 +131,27 @@ class HullAlgorithm : public btCollisionAlgorithm {
       return std::any_of(plane.begin(), plane.end(),
                          [](const HullContact& contact) { return contact.gap <= 0.0; });
     });
+  }
+
+  // Returns whether inner points of the hull cross the other object while that object moves by
+  // `motion`, which is given in the axes of the hull. The points are the centre and a point near
+  // each corner. A thin or small hull that passes a surface in one step does not touch it at the
+  // end.
+  bool passes(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met) const {
+    if (planes_.empty()) return false;
+    constexpr double towards_corner = 0.9;  // corners themselves would graze what the hull lies on
+    const btTransform back = motion.inverse();
+    const auto crosses = [&](const Vec3& point) {
+      const Vec3 end = from_bullet(back * to_bullet(point));
+      const auto met_end = triangles_.begin() + static_cast<std::ptrdiff_t>(n_met);
+      return std::any_of(triangles_.begin(), met_end, [&](const Corners& corners) {
+        return crossing(point, end, corners).has_value();
+      });
+    };
+    return crosses(hull.centre) ||
+           std::any_of(hull.points.begin(), hull.points.end(), [&](const Vec3& point) {
+             return crosses(hull.centre + towards_corner * (point - hull.centre));
+           });
   }
 
   // Fills triangles_. Returns the number of triangles that can have contacts; these come first. The
@@ -185,38 +211,47 @@ class HullAlgorithm : public btCollisionAlgorithm {
   // Replaces the contact points of the last step. A new point near an old one starts from the
   // impulse of the old one.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
-    const btTransform& pose = hull.getWorldTransform();
-    // Bullet expects points on the second body and normals that point away from the second body.
-    const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject(),
-               result_towards_hull =
-                   result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();
+    // Bullet expects normals that point away from the second body.
+    const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject();
     used_.assign(manifolds_.size(), false);
     for (const auto& plane : planes_) {
-      const btVector3 direction = pose.getBasis() * to_bullet(plane.front().normal);
+      const btVector3 direction =
+          hull.getWorldTransform().getBasis() * to_bullet(plane.front().normal);
       const std::size_t m = manifold_for(towards_first ? direction : -direction);
       used_[m] = true;
-      btPersistentManifold& manifold = *manifolds_[m];
-      for (int k = manifold.getNumContacts() - 1; k >= 0; --k) {
-        const Vec3 old = on_hull(hull, manifold, manifold.getContactPoint(k));
-        if (std::none_of(plane.begin(), plane.end(),
-                         [&](const HullContact& c) { return (c.on_hull() - old).norm() < near; }))
-          manifold.removeContactPoint(k);
-      }
-      result.setPersistentManifold(&manifold);
-      for (const HullContact& contact : plane) {
-        const btVector3 normal = pose.getBasis() * to_bullet(contact.normal),
-                        point = pose * to_bullet(contact.point);
-        if (result_towards_hull) {
-          result.addContactPoint(normal, point, contact.gap);
-        } else {
-          result.addContactPoint(-normal, point + contact.gap * normal, contact.gap);
-        }
-      }
+      put_plane(hull, near, plane, *manifolds_[m]);
+      result.setPersistentManifold(manifolds_[m]);
       result.refreshContactPoints();
     }
     for (std::size_t m = 0; m < manifolds_.size(); ++m)
       if (!used_[m] && manifolds_[m]->getNumContacts() > 0) manifolds_[m]->clearManifold();
     result.setPersistentManifold(manifolds_.front());
+  }
+
+  void put_plane(const btCollisionObjectWrapper& hull, double near,
+                 const HullOnTriangles::Contacts& plane, btPersistentManifold& manifold) {
+    const btTransform& pose = hull.getWorldTransform();
+    const bool towards_first = manifold.getBody0() == hull.getCollisionObject();
+    std::vector<std::pair<Vec3, btManifoldPoint>> old;  // with their places on the hull
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      old.emplace_back(on_hull(hull, manifold, point), point);
+    }
+    manifold.setNumContacts(static_cast<int>(plane.size()));
+    for (std::size_t k = 0; k < plane.size(); ++k) {
+      const btVector3 normal = pose.getBasis() * to_bullet(plane[k].normal),
+                      on_other = pose * to_bullet(plane[k].point),
+                      on_body = on_other + plane[k].gap * normal;
+      btManifoldPoint& point = manifold.getContactPoint(static_cast<int>(k));
+      point = towards_first ? manifold_point(manifold, on_body, on_other, normal)
+                            : manifold_point(manifold, on_other, on_body, -normal);
+      const Vec3 place = plane[k].on_hull();
+      const auto nearest = std::ranges::min_element(
+          old, {}, [&](const auto& before) { return (before.first - place).squaredNorm(); });
+      if (nearest == old.end() || (nearest->first - place).norm() >= near) continue;
+      continue_from(nearest->second, point);
+      old.erase(nearest);
+    }
   }
 
   bool hull_first_;
@@ -248,7 +283,7 @@ btCollisionAlgorithm* HullAlgorithms::Create::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
     const btCollisionObjectWrapper* second) {
   if (!polyhedron_of(*first) && !polyhedron_of(*second))
-    return others->CreateCollisionAlgorithm(info, first, second);
+    return with_contacts_ahead(info, *others, first, second);
   return new (info.m_dispatcher1->allocateCollisionAlgorithm(size()))
       HullAlgorithm(info, first, second);
 }

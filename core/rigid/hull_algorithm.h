@@ -13,7 +13,7 @@ namespace loomstone {
 // direction. With Bullet's algorithm, hulls also get caught at internal edges of a flat surface.
 // This algorithm creates up to four contact points in each contact plane. A hull and a mesh have up
 // to four contact planes; a hull and a single triangle have at most one. Hulls without a
-// ConvexPolyhedron use Bullet's algorithm.
+// ConvexPolyhedron use Bullet's algorithm, with contacts ahead of the motion (pair_algorithm.h).
 class HullAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

@@ -1,8 +1,12 @@
 #include "core/rigid/pair_algorithm.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <new>
 #include <vector>
 
+#include "core/rigid/manifold_point.h"
 #include "core/rigid/step_motion.h"
 
 namespace loomstone {
@@ -50,7 +54,8 @@ class PairAlgorithm final : public btCollisionAlgorithm {
                                          relative_motion(*first, *second, info.m_timeStep));
     if (motion <= near) return;
     manifold.setContactBreakingThreshold(motion);
-    add_contacts_ahead(*first, *second, info, *result);
+    const int parts = parts_of(*first->getCollisionShape(), *second->getCollisionShape(), motion);
+    add_contacts_ahead(*first, *second, info, parts, manifold);
     manifold.setContactBreakingThreshold(near);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
@@ -62,29 +67,56 @@ class PairAlgorithm final : public btCollisionAlgorithm {
   }
 
  private:
+  // Number of equal parts of the step after which overlaps are searched for.
+  static int parts_of(const btCollisionShape& first, const btCollisionShape& second,
+                      double motion) {
+    constexpr double most_parts = 32.0;
+    const double size = std::min(inner_size(first), inner_size(second));
+    return static_cast<int>(std::ceil(std::clamp(motion / size, 1.0, most_parts)));
+  }
+  // Inner radius of a convex body [m], or infinity for surfaces.
+  static double inner_size(const btCollisionShape& shape) {
+    return shape.isConvex() && shape.getShapeType() != TRIANGLE_SHAPE_PROXYTYPE
+               ? inner_radius(shape)
+               : std::numeric_limits<double>::infinity();
+  }
+
+  // Adds the contacts of the first overlap, if there is one.
   void add_contacts_ahead(const btCollisionObjectWrapper& first,
                           const btCollisionObjectWrapper& second, const btDispatcherInfo& info,
-                          btManifoldResult& result) {
-    const btTransform end_first = pose_after(first, info.m_timeStep),
-                      end_second = pose_after(second, info.m_timeStep);
-    const auto moved = [](const btCollisionObjectWrapper& shape, const btTransform& pose) {
-      return btCollisionObjectWrapper(shape.m_parent, shape.getCollisionShape(),
-                                      shape.getCollisionObject(), pose, shape.m_partId,
-                                      shape.m_index);
-    };
-    const btCollisionObjectWrapper later_first = moved(first, end_first),
-                                   later_second = moved(second, end_second);
-    found_.clear();
-    Overlaps overlaps(&later_first, &later_second, found_);
-    bullets_->processCollision(&later_first, &later_second, info, &overlaps);
-    const btTransform back_first = first.getWorldTransform() * end_first.inverse(),
-                      back_second = second.getWorldTransform() * end_second.inverse();
-    for (const Overlap& overlap : found_) {
-      const btVector3 on_first = back_first * (overlap.on_second + overlap.normal * overlap.gap),
-                      on_second = back_second * overlap.on_second;
-      const btScalar gap = overlap.normal.dot(on_first - on_second);
-      if (gap > 0.0) result.addContactPoint(overlap.normal, on_second, gap);
+                          int parts, btPersistentManifold& manifold) {
+    for (int k = 1; k <= parts; ++k) {
+      const btScalar share = static_cast<btScalar>(k) / parts;
+      const btTransform later_first = pose_after(first, info.m_timeStep, share),
+                        later_second = pose_after(second, info.m_timeStep, share);
+      find_overlaps(moved(first, later_first), moved(second, later_second), info);
+      if (found_.empty()) continue;
+      const btTransform back_first = first.getWorldTransform() * later_first.inverse(),
+                        back_second = second.getWorldTransform() * later_second.inverse();
+      for (const Overlap& overlap : found_) {
+        const btVector3 on_first = back_first * (overlap.on_second + overlap.normal * overlap.gap),
+                        on_second = back_second * overlap.on_second;
+        if (overlap.normal.dot(on_first - on_second) <= 0.0) continue;
+        const bool in_order = manifold.getBody0() == first.getCollisionObject();
+        manifold.addManifoldPoint(
+            in_order ? manifold_point(manifold, on_first, on_second, overlap.normal)
+                     : manifold_point(manifold, on_second, on_first, -overlap.normal));
+      }
+      return;
     }
+  }
+  static btCollisionObjectWrapper moved(const btCollisionObjectWrapper& shape,
+                                        const btTransform& pose) {
+    return btCollisionObjectWrapper(shape.m_parent, shape.getCollisionShape(),
+                                    shape.getCollisionObject(), pose, shape.m_partId,
+                                    shape.m_index);
+  }
+  // Fills found_.
+  void find_overlaps(const btCollisionObjectWrapper& first, const btCollisionObjectWrapper& second,
+                     const btDispatcherInfo& info) {
+    found_.clear();
+    Overlaps overlaps(&first, &second, found_);
+    bullets_->processCollision(&first, &second, info, &overlaps);
   }
 
   btCollisionAlgorithm* bullets_;  // Bullet's algorithm for this pair
@@ -113,8 +145,16 @@ void PairAlgorithms::enter(btCollisionDispatcher& dispatcher,
 btCollisionAlgorithm* PairAlgorithms::Create::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
     const btCollisionObjectWrapper* second) {
-  btCollisionAlgorithm* const inner = bullets->CreateCollisionAlgorithm(info, first, second);
-  return new (info.m_dispatcher1->allocateCollisionAlgorithm(size())) PairAlgorithm(info, inner);
+  return with_contacts_ahead(info, *bullets, first, second);
+}
+
+btCollisionAlgorithm* with_contacts_ahead(btCollisionAlgorithmConstructionInfo& info,
+                                          btCollisionAlgorithmCreateFunc& bullets,
+                                          const btCollisionObjectWrapper* first,
+                                          const btCollisionObjectWrapper* second) {
+  btCollisionAlgorithm* const inner = bullets.CreateCollisionAlgorithm(info, first, second);
+  return new (info.m_dispatcher1->allocateCollisionAlgorithm(PairAlgorithms::size()))
+      PairAlgorithm(info, inner);
 }
 
 }  // namespace loomstone

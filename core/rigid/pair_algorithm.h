@@ -8,8 +8,10 @@
 namespace loomstone {
 
 // Bullet's algorithms create contacts only where bodies overlap or nearly touch, so fast bodies
-// would sink into each other. If two fast bodies have no contact, but overlap after the step, this
-// algorithm creates the contacts of that overlap, with the gaps at the start of the step.
+// would sink into each other or pass through each other. If two fast bodies have no contact, but
+// overlap during or after the step, this algorithm creates the contacts of the first such overlap,
+// with the gaps at the start of the step. The step is divided into parts in which the bodies move
+// by at most the smaller of their inner radii (into at most 32 parts).
 class PairAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.
@@ -26,5 +28,11 @@ class PairAlgorithms {
   };
   std::array<Create, 8> create_;  // {sphere, hull, box} with each other, but not two spheres
 };
+
+// Creates the algorithm of `bullets` for a pair of shapes, and adds the same contacts ahead.
+btCollisionAlgorithm* with_contacts_ahead(btCollisionAlgorithmConstructionInfo& info,
+                                          btCollisionAlgorithmCreateFunc& bullets,
+                                          const btCollisionObjectWrapper* first,
+                                          const btCollisionObjectWrapper* second);
 
 }  // namespace loomstone

@@ -62,9 +62,8 @@ struct RigidWorld::Data {
   std::vector<Mat3> principal;  // columns: Bullet's body axes in mesh axes
   // Moments of inertia about Bullet's body axes [kg m^2]. Zero: no rotation about this axis.
   std::vector<Vec3> moments;
-  std::vector<Shapes> shapes;       // shapes of each body
-  std::vector<double> inner_radii;  // half the smallest side of each body's bounding box [m]
-  std::vector<std::size_t> stiff;   // indices of the obstacles of constant shape
+  std::vector<Shapes> shapes;      // shapes of each body
+  std::vector<std::size_t> stiff;  // indices of the obstacles of constant shape
   std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // meshes of the obstacles in `stiff`
   std::vector<Facet> facets;                                   // facets of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
@@ -112,9 +111,6 @@ void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where)
     moments.push_back((principal.back().transpose() * mass.inertia * principal.back()).diagonal());
   }
   shapes.push_back(make_shapes(body, mass, principal.back(), where));
-  btVector3 low, high;
-  shapes.back().whole().getAabb(btTransform::getIdentity(), low, high);
-  inner_radii.push_back(0.5 * from_bullet(high - low).minCoeff());
   bodies.push_back(body);
 }
 
@@ -305,10 +301,6 @@ void RigidWorld::restore(const RigidState& state) {
     if (data.turns_in_bearing(i))
       moving.setLinearFactor(btVector3(held_share, held_share, held_share));
     moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
-    // Use continuous collision detection for bodies that move by more than half their inner radius
-    // in a step, because they could otherwise pass through a floor.
-    moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
-    moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);
   }
   for (std::size_t k = 0; k < data.stiff.size(); ++k)

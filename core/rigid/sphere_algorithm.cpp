@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh/closest_on_triangle.h"
+#include "core/rigid/facets.h"
 #include "core/rigid/sphere_contacts.h"
 
 namespace loomstone {
@@ -114,7 +115,8 @@ class NearTriangles : btTriangleCallback {
   double reach_ = -1.0;        // reach of the last search; negative: none
 };
 
-// Collision algorithm for one pair. The first body is a sphere, the second a sphere or a mesh.
+// Collision algorithm for one pair. The first body is a sphere, the second a sphere, a mesh or a
+// facet.
 class SphereAlgorithm : public btCollisionAlgorithm {
  public:
   SphereAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,
@@ -127,7 +129,8 @@ class SphereAlgorithm : public btCollisionAlgorithm {
     result->setPersistentManifold(manifold_);
     const auto& ball = *static_cast<const btRigidBody*>(manifold_->getBody0());
     const auto& other = *static_cast<const btRigidBody*>(manifold_->getBody1());
-    const bool round = other.getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
+    const int type = other.getCollisionShape()->getShapeType();
+    const bool round = type == SPHERE_SHAPE_PROXYTYPE;
     const btVector3 from =
         ball.getWorldTransform().getOrigin() - other.getWorldTransform().getOrigin();
     btVector3 velocity = ball.getLinearVelocity() -
@@ -138,6 +141,8 @@ class SphereAlgorithm : public btCollisionAlgorithm {
     contacts_.clear();
     if (round) {
       add_ball(ball, other, near, motion, contacts_);
+    } else if (type == TRIANGLE_SHAPE_PROXYTYPE) {
+      add_facet(ball, other, near, motion);
     } else {
       add_mesh(ball, other, near, motion);
     }
@@ -168,10 +173,36 @@ class SphereAlgorithm : public btCollisionAlgorithm {
                  from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
   }
 
+  // Adds the contacts that lie on a facet. Its neighbours are taken into account, so that edges
+  // between them do not count.
+  void add_facet(const btRigidBody& ball, const btRigidBody& other, double near,
+                 const Vec3& motion) {
+    const auto& facet =
+        *static_cast<const FacetSurroundings*>(other.getCollisionShape()->getUserPointer());
+    const Vec3 centre = from_bullet(ball.getWorldTransform().getOrigin());
+    around_.clear();
+    const auto add = [&](const std::array<Index, 3>& corners) {
+      around_.emplace_back();
+      for (int k = 0; k < 3; ++k) around_.back()[k] = facet.vertices->row(corners[k]).transpose();
+    };
+    add(facet.corners);
+    const auto& [a, b, c] = around_.front();
+    const double reach = radius(ball) + std::max(near, motion.norm());
+    if ((closest_on_triangle(centre, a, b, c).point - centre).norm() > reach) return;
+    for (const auto& corners : facet.others) add(corners);
+    found_.find(around_, {centre, radius(ball), motion}, near, MANIFOLD_CACHE_SIZE, contacts_);
+    std::erase_if(contacts_, [&](const SphereContact& contact) {
+      const auto& [p, q, r] = around_.front();
+      const Vec3& point = contact.on_other;
+      return (closest_on_triangle(point, p, q, r).point - point).norm() > 1e-9 * radius(ball);
+    });
+  }
+
   btPersistentManifold* manifold_;
   NearTriangles triangles_;
   // Scratch memory.
   SphereOnTriangles found_;
+  std::vector<std::array<Vec3, 3>> around_;
   std::vector<SphereContact> contacts_;
 };
 
@@ -181,10 +212,10 @@ int SphereAlgorithms::size() { return static_cast<int>(sizeof(SphereAlgorithm));
 
 void SphereAlgorithms::enter(btCollisionDispatcher& dispatcher) {
   dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, &create_);
-  dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, TRIANGLE_MESH_SHAPE_PROXYTYPE,
-                                         &create_);
-  dispatcher.registerCollisionCreateFunc(TRIANGLE_MESH_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE,
-                                         &create_);
+  for (const int other : {TRIANGLE_MESH_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE}) {
+    dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, other, &create_);
+    dispatcher.registerCollisionCreateFunc(other, SPHERE_SHAPE_PROXYTYPE, &create_);
+  }
 }
 
 btCollisionAlgorithm* SphereAlgorithms::Create::CreateCollisionAlgorithm(

@@ -1,4 +1,5 @@
-// Collision algorithm for Bullet: spheres against spheres and against meshes of obstacles.
+// Collision algorithm for Bullet: spheres against spheres and against meshes and facets of
+// obstacles.
 #pragma once
 
 #include "core/rigid/bullet.h"

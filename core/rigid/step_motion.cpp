@@ -2,13 +2,13 @@
 
 namespace loomstone {
 
-btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step) {
+btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step, btScalar share) {
   const auto& body = static_cast<const btRigidBody&>(*shape.getCollisionObject());
   const btTransform& pose = body.getWorldTransform();
   const btVector3 velocity =
       body.getLinearVelocity() + body.getGravity() * body.getLinearFactor() * step;
   btTransform end;
-  btTransformUtil::integrateTransform(pose, velocity, body.getAngularVelocity(), step, end);
+  btTransformUtil::integrateTransform(pose, velocity, body.getAngularVelocity(), step * share, end);
   return end * pose.inverse() * shape.getWorldTransform();
 }
 
@@ -23,6 +23,12 @@ double largest_motion(const btCollisionShape& shape, const btTransform& motion) 
   btScalar radius;
   shape.getBoundingSphere(centre, radius);
   return (motion * centre - centre).length() + motion.getRotation().getAngleShortestPath() * radius;
+}
+
+double inner_radius(const btCollisionShape& shape) {
+  btVector3 low, high;
+  shape.getAabb(btTransform::getIdentity(), low, high);
+  return 0.5 * from_bullet(high - low).minCoeff();
 }
 
 }  // namespace loomstone

@@ -5,8 +5,9 @@
 
 namespace loomstone {
 
-// Returns the pose of a shape after a step in which nothing touches its body.
-btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step);
+// Returns the pose of a shape after the given share [1] of a step in which nothing touches its
+// body.
+btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step, btScalar share = 1.0);
 // Returns the motion of the second object relative to the first, in the axes of the first, for a
 // step in which nothing touches the two objects.
 btTransform relative_motion(const btCollisionObjectWrapper& first,
@@ -14,5 +15,7 @@ btTransform relative_motion(const btCollisionObjectWrapper& first,
 // Returns an upper bound on the distance by which points of a shape move in a motion that is given
 // in its axes [m].
 double largest_motion(const btCollisionShape& shape, const btTransform& motion);
+// Returns half the smallest side of the shape's bounding box in its own axes [m].
+double inner_radius(const btCollisionShape& shape);
 
 }  // namespace loomstone

@@ -1,0 +1,18 @@
+// Contact points that the collision algorithms write to Bullet's manifolds themselves. Bullet's
+// btManifoldResult joins points that are closer than the contact breaking threshold. That distance
+// must be as long as the motion where contacts lie ahead of it, so all points of a small fast body
+// would become one.
+#pragma once
+
+#include "core/rigid/bullet.h"
+
+namespace loomstone {
+
+// Returns a contact point of the two bodies of a manifold. `normal` points from the second to the
+// first body, and the positions are points on the two bodies in world coordinates.
+btManifoldPoint manifold_point(const btPersistentManifold& manifold, const btVector3& on_first,
+                               const btVector3& on_second, const btVector3& normal);
+// Makes `point` continue from the impulses of a point of the last step.
+void continue_from(const btManifoldPoint& before, btManifoldPoint& point);
+
+}  // namespace loomstone

@@ -1,0 +1,18 @@
+// Last check that fast bodies stay on their side of the surfaces of obstacles.
+#pragma once
+
+#include "core/rigid/bullet.h"
+
+namespace loomstone {
+
+// Contacts ahead of the motion keep fast bodies from passing surfaces. They are found for the
+// velocities before the contacts act, so a body that another one strikes may get a path without
+// them. This function tests the path of the centre of a body, which has just moved from `from` in
+// a step [s], against the triangles of all obstacles. If the centre has crossed a surface, the body
+// is put back along the path until its centre is as far before the surface as its inner radius.
+// It keeps its velocity, and has contacts in the next step. Bodies of several parts are not tested,
+// because their centres may lie outside of them.
+void stop_at_surfaces(btBroadphaseInterface& broadphase, const btVector3& from, btScalar step,
+                      btRigidBody& body);
+
+}  // namespace loomstone
