@@ -72,7 +72,10 @@ ContactAnswer answer_contacts(const MagneticModel& model, double h, const Carrie
                               RigidWorld& world) {
   const RigidState& state = bodies.state;
   ContactAnswer answer{
-      {state.positions, state.orientations, state.velocities, state.angular_velocities, {}}, {}};
+      {state.positions, state.orientations, state.velocities, state.angular_velocities, {}},
+      {},
+      {},
+      {bodies.momenta, bodies.momenta}};
   const BodyImpulses &start = inputs.at_start, &end = inputs.at_end;
   BodyImpulses all{Points(model.n_bodies(), 3), Points(model.n_bodies(), 3)}, half = all;
   for (Index b = 0; b < model.n_bodies(); ++b) {
@@ -90,7 +93,13 @@ ContactAnswer answer_contacts(const MagneticModel& model, double h, const Carrie
         angular_velocity(body.rotor, state.orientations.row(b).transpose(), momentum.transpose())
             .transpose();
   }
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    answer.without.linear.row(b) =
+        model.bodies[b].mass.mass * answer.state.velocities.row(b) + all.linear.row(b);
+    answer.without.angular.row(b) += all.angular.row(b) - start.angular.row(b);
+  }
   world.advance(h, all, inputs.end, answer.state, &answer.touched, &half);
+  answer.groups = pressed_groups(model, world.pressed());
   return answer;
 }
 

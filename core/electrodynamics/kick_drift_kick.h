@@ -8,13 +8,15 @@
 // its start and end. The velocity of a free body changes by a h/2 before the drift and by a' h/2
 // after it. RigidWorld adds a h to v before it resolves contacts, so resting bodies stay at rest.
 // The new velocity of a body in contact is the one that RigidWorld returns plus (a' - a) h/2. The
-// forces thus change its momentum as much as that of a free body.
+// forces thus change its momentum as much as that of a free body. For bodies that press on each
+// other, shared_kicks.h replaces (a' - a) h/2.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "core/electrodynamics/magnetic_model.h"
+#include "core/electrodynamics/pressed_groups.h"
 
 namespace loomstone {
 
@@ -34,6 +36,8 @@ MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impuls
 struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (bodies) 1: the body did not move freely
+  std::vector<PressedGroup> groups;
+  BodyImpulses without;  // momenta that the bodies would have without contacts
 };
 
 // Applies the impulses at the end of a step to the bodies that move freely. answer_contacts() must

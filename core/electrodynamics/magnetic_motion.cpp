@@ -5,6 +5,7 @@
 
 #include "core/electrodynamics/coil_currents.h"
 #include "core/electrodynamics/kick_drift_kick.h"
+#include "core/electrodynamics/shared_kicks.h"
 #include "core/electrodynamics/work_error.h"
 #include "core/magnetics/induction/flux_linkage.h"
 
@@ -206,6 +207,7 @@ MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& pa
   result.obstacle_work += work_of_obstacles(0.5 * h, twists, now.actions);
   const CarrierWrenches second = kick(start + 0.75 * h, 0.5 * h, now);
   half_kick(model, h, second, bodies);
+  share_kicks(model, {h, before, first, second, answer}, bodies);
   const SubstepWork work{before,
                          bodies.state,
                          answer.touched,

@@ -201,6 +201,9 @@ class RigidWorld {
   // contact breaking threshold. This threshold is about 1 % of the diagonal of the bounding box of
   // the smaller of the two objects in contact.
   std::vector<std::uint8_t> touching() const;
+  // Returns the pairs of bodies and obstacles that pressed on each other in the last step. Indices
+  // from the number of bodies on are obstacles or their facets.
+  std::vector<std::array<int, 2>> pressed() const;
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.
   std::vector<std::uint8_t> supported() const;

@@ -381,7 +381,7 @@ std::vector<std::uint8_t> RigidWorld::touching() const {
   return result;
 }
 
-std::vector<std::uint8_t> RigidWorld::supported() const {
+std::vector<std::array<int, 2>> RigidWorld::pressed() const {
   std::vector<std::array<int, 2>> pressed;
   for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
     const btPersistentManifold& manifold = data_->manifold(m);
@@ -391,7 +391,11 @@ std::vector<std::uint8_t> RigidWorld::supported() const {
     if (impulse > 0.0)
       pressed.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()});
   }
-  return bodies_on_obstacles(static_cast<int>(data_->bodies.size()), pressed);
+  return pressed;
+}
+
+std::vector<std::uint8_t> RigidWorld::supported() const {
+  return bodies_on_obstacles(static_cast<int>(data_->bodies.size()), pressed());
 }
 
 void RigidWorld::save(RigidState& state) const { state.manifolds = data_->manifold_bytes(); }

@@ -160,6 +160,106 @@ TEST_CASE("two free magnets keep their energy with second order of the sub-step"
   CHECK(errors[0] > 3.0 * errors[1]);  // the factor is 4 to leading order
 }
 
+namespace {
+
+// A pair of magnets that touch and turn about their common centre at 20 rad/s.
+Experiment touching_pair(bool round, double friction) {
+  Experiment made;
+  const Vec3 omega(0, 0, 20.0);
+  for (const double side : {-1.0, 1.0}) {
+    const double half = round ? 0.005 : 0.01;
+    const std::string name = side < 0.0 ? "a" : "b";
+    made.add(name, Vec3(side * half, 0, 0), omega);
+    RigidBody& body = made.bodies.back();
+    body.friction = friction, body.velocity = omega.cross(body.position);
+    if (!round) {
+      made.add_cuboid(name, Vec3(1.0, 0, 0));
+      continue;
+    }
+    body.mesh = std::make_shared<const TriangleMesh>(icosphere(half, 3));
+    body.shape = BodyShape::Sphere;
+    Magnet magnet;
+    magnet.body = name;
+    magnet.source = MagneticBody{std::make_shared<Sphere>(half, Vec3(1.0, 0, 0)), {}};
+    made.scene.magnets.push_back(magnet);
+  }
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("magnets that touch and turn about their centre keep their momenta and their energy") {
+  const bool round = GENERATE(true, false);
+  const double friction = GENERATE(0.0, 0.3);
+  CAPTURE(round, friction);
+  Motion motion(touching_pair(round, friction));
+  const Vec3 l = motion.angular_momentum();
+  const double energy = motion.kinetic_energy(),
+               size = motion.mass(0) * motion.state.velocities.row(0).norm();
+  double most = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    motion.advance(1);
+    most = std::max(most, motion.kinetic_energy());
+  }
+  CHECK(motion.momentum().norm() < 1e-12 * size);
+  CHECK((motion.angular_momentum() - l).norm() < 1e-12 * l.norm());
+  // Forces between cuboids change a lot as soon as their faces are no longer parallel, so faces
+  // rock. Without friction they also slide.
+  CHECK(most < (round ? 1.00001 : friction > 0.0 ? 1.01 : 1.1) * energy);
+  CHECK(motion.kinetic_energy() > 0.999 * energy);
+  const Vec3 apart = (motion.state.positions.row(1) - motion.state.positions.row(0)).transpose();
+  CHECK(apart.norm() == Approx(round ? 0.01 : 0.02).epsilon(1e-3));
+}
+
+TEST_CASE("a magnet that touches a body it magnetises keeps their momenta as they turn") {
+  Experiment made = touching_pair(true, 0.0);
+  made.scene.magnets[1].source = SoftBody{soft_sphere(0.005, 1000.0, 0), {}};
+  Motion motion(made);
+  const Vec3 l = motion.angular_momentum();
+  motion.advance(100);
+  CHECK((motion.angular_momentum() - l).norm() < 1e-12 * l.norm());
+}
+
+TEST_CASE("bodies that touch and spin in place do not start to turn about each other") {
+  Experiment made = touching_pair(true, 0.0);
+  made.scene.field = Vec3(0.5, 0, 0);
+  for (Magnet& magnet : made.scene.magnets)
+    magnet.source = SoftBody{soft_sphere(0.005, 1000.0, 0), {}};
+  for (RigidBody& body : made.bodies) body.velocity.setZero(), body.angular_velocity *= 10.0;
+  Motion motion(made);
+  motion.advance(100);
+  CHECK(motion.state.velocities.norm() < 1e-6);
+  CHECK(motion.state.angular_velocities(0, 2) == Approx(200.0));
+}
+
+TEST_CASE("magnets that touch go on turning on a smooth floor") {
+  Experiment made = touching_pair(true, 0.0);
+  made.scene.gravity = Vec3(0, 0, -9.81);
+  made.scene.carriers.push_back(
+      {"floor", std::make_shared<const TriangleMesh>(floor_square(0.2, 1)), {}, {}, false});
+  made.obstacles.push_back(
+      {made.scene.carriers.back().mesh, 0.0, Vec3(0, 0, -0.005), Vec4(1, 0, 0, 0), {}});
+  Motion motion(made);
+  motion.places.poses[0].position = Vec3(0, 0, -0.005);
+  const Vec3 l = motion.angular_momentum();
+  motion.advance(100);
+  CHECK(motion.angular_momentum().z() == Approx(l.z()).epsilon(0.01));
+  CHECK(motion.state.positions.col(2).cwiseAbs().maxCoeff() < 1e-5);
+}
+
+TEST_CASE("free magnets and touching ones keep their common momenta") {
+  Experiment made = touching_pair(true, 0.3);
+  made.add("c", Vec3(0.03, 0.02, 0.01), Vec3(3, -2, 1));
+  made.add_cuboid("c", Vec3(0.3, 0.2, 1.0));
+  Motion motion(made);
+  const Vec3 p = motion.momentum(), l = motion.angular_momentum();
+  motion.advance(40);
+  const double size = motion.mass(2) * motion.state.velocities.row(2).norm();  // exchanged momentum
+  REQUIRE(size > 1e-4);
+  CHECK((motion.momentum() - p).norm() < 1e-12 * size);
+  CHECK((motion.angular_momentum() - l).norm() < 1e-12 * size * 0.03);  // lever arms of 3 cm
+}
+
 TEST_CASE("magnets that snap together gain less than two hundredths of their kinetic energy") {
   // With this large `substep`, the error of the work (work_error.h) must limit the sub-steps.
   Experiment made;
