@@ -118,7 +118,7 @@ void SurfacePass::draw_surroundings(const SurfaceShading& shading,
   gl_->Disable(GL_CULL_FACE);
   if (shading.options.transparent) return;
   // The backdrop lies on the far plane and is drawn after the floors, so it is shaded only where
-  // no floor is.
+  // there is no floor.
   set_common(background_program_, shading);
   gl_->BindVertexArray(empty_.name());
   gl_->DepthFunc(GL_LEQUAL);

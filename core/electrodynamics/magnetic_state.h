@@ -8,7 +8,7 @@ namespace loomstone {
 // Currents and stored energy of the circuits. The other energies are totals since the start of the
 // simulation.
 struct CircuitState {
-  Vector currents;      // (coils) currents of circuits, 0 for other coils [A]
+  Vector currents;      // (coils) current of each coil in a circuit; 0 for other coils [A]
   double energy = 0.0;  // energy stored in self and mutual inductances [J]
   // Energy dissipated in resistances [J]. It includes the energy that counts as heat in circuits
   // with tau R > 2 L; see kick.h.

@@ -1,5 +1,5 @@
-// Residuals b - A x in double precision. Norms are sqrt(r . D^-1 r) on free rows, with D the
-// diagonal blocks.
+// Residuals b - A x, stored in double precision. Norms are sqrt(r . D^-1 r) over the free rows,
+// where D consists of the diagonal blocks of A.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"

@@ -27,7 +27,7 @@ double area2(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
 }
 
-// Returns the corners projected on the plane perpendicular to the polygon's area vector. In this
+// Returns the corners projected onto the plane perpendicular to the polygon's area vector. In this
 // plane, the polygon is counter-clockwise.
 std::vector<Vec2> flattened(const std::vector<Vec3>& corners, const Vec3& area) {
   const Vec3 n = area.normalized(), u = n.unitOrthogonal(), v = n.cross(u);

@@ -41,7 +41,7 @@ def processor_time(name: str) -> float:
 
 
 def repaints(page: Any) -> int:
-    """Returns how often the page has been drawn since start_counting()."""
+    """Returns how many times the page has been drawn since start_counting()."""
     answer = page.call("Runtime.evaluate", expression="String(window.repaints)")
     return int(answer["result"]["value"])
 

@@ -28,8 +28,9 @@ struct ContactState {
   struct Anchor {
     ContactKind kind;
     Index a, b;
-    Vec3 slip;            // tangential displacement of a relative to b, from the anchor [m]
-    double normal_force;  // normal force times share, at the start of the last part [N]
+    Vec3 slip;  // tangential displacement of a relative to b, from the anchor [m]
+    // Normal force at the start of the last part, times the contact's share (contact_shares()) [N].
+    double normal_force;
 
     bool operator==(const Anchor& other) const = default;
   };

@@ -18,9 +18,9 @@ struct PanelCluster {
   Index begin = 0, end = 0;      // range of its panels in the order of the clusters
   Index children[2] = {-1, -1};  // -1 for a leaf
   Points nodes;                  // positions of the Chebyshev nodes (n x 3) [m]
-  // The column of a node belongs to its Lagrange polynomial. In a leaf, it contains the integral of
-  // the polynomial over each panel (rows) [m^2]. In any other cluster, it contains the values of
-  // the polynomial at the nodes of both children (rows) [1].
+  // There is one column for the Lagrange polynomial of each node. In a leaf, the column contains
+  // the integral of the polynomial over each panel (rows) [m^2]. In any other cluster, it contains
+  // the values of the polynomial at the nodes of both children (rows) [1].
   Eigen::MatrixXd weights;
 
   bool leaf() const { return children[0] < 0; }

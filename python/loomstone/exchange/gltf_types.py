@@ -28,7 +28,10 @@ _hints: Any = cache(get_type_hints)
 
 
 def check_types(path: Path, content: Any) -> None:
-    """Raises CacheError if a value is missing or not of the type that pygltflib declares for it.
+    """Raises CacheError if a value that is read is not of the type that pygltflib declares for it.
+
+    Checks `scene` and the lists in _USED, without extensions and extras. A missing value is an
+    error unless it is declared optional.
 
     content : content of the file, as a pygltflib.GLTF2
     """
