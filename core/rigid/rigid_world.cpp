@@ -166,19 +166,23 @@ bool RigidWorld::Data::turns_freely(std::size_t body) const {
 }
 
 // Applies gyroscopic torques to the velocities of the bodies. Bullet's own gyroscopic torques lose
-// energy and angular momentum. Returns the free motion of each body.
+// energy and angular momentum, and Bullet turns no body by more than a quarter of pi in a step.
+// Returns the free motion of each body.
 std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const RigidState& state) {
+  constexpr double largest_turn = 0.25 * M_PI * (1.0 - 1e-9);  // turn that Bullet makes fully [rad]
   std::vector<FreeMotion> free;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     btRigidBody& body = *engine->bodies[i];
     std::optional<Vec4> turned;
+    const Vec4 orientation = state.orientations.row(i).transpose();
+    const Vec3 spin = from_bullet(body.getAngularVelocity());
     if (turns_freely(i)) {
       const Rotor rotor{principal[i], moments[i]};
-      const Vec4 orientation = state.orientations.row(i).transpose();
-      const Vec3 momentum =
-          angular_momentum(rotor, orientation, from_bullet(body.getAngularVelocity()));
+      const Vec3 momentum = angular_momentum(rotor, orientation, spin);
       turned = freely_turned(rotor, orientation, momentum, step);
       body.setAngularVelocity(to_bullet(angular_velocity(rotor, *turned, momentum)));
+    } else if (step * spin.norm() > largest_turn) {
+      turned = quaternion_product(quaternion_from_rotation_vector(step * spin), orientation);
     }
     const btVector3 velocity =
         body.getLinearVelocity() + to_bullet(gravity) * body.getLinearFactor() * step;

@@ -138,3 +138,19 @@ TEST_CASE("points of a body go to the world and back, and move with its velocity
   // has an effect of the same order, and the tolerance has a margin.
   CHECK(((to_world(state, 0, local) - before) / h - velocity).norm() < 1e-4);
 }
+
+TEST_CASE("a ball and a cube turn by the angle of their spin, however fast they spin") {
+  const bool round = GENERATE(true, false);
+  const double spin = GENERATE(20.0, 900.0, 5000.0), step = GENERATE(1e-3, 2.5e-3);
+  CAPTURE(round, spin, step);
+  RigidBody body =
+      round ? body_of(icosphere(0.02, 3), "sphere") : body_of(box(0.02, 0.02, 0.02), "box");
+  const Vec3 axis = Vec3(0.6, 0.0, 0.8);
+  body.angular_velocity = spin * axis;
+  RigidWorld world({body}, {}, Vec3::Zero());
+  RigidState state = world.initial_state();
+  run(world, state, step, 40, 0);
+  const Mat3 expected = rotation_matrix(quaternion_from_rotation_vector(40 * step * spin * axis));
+  const Mat3 found = rotation_matrix(state.orientations.row(0).transpose());
+  CHECK((found - expected).norm() < 1e-9);
+}

@@ -40,9 +40,8 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
-// Largest turn of a free body in a part for which the rigid-body engine computes the angle
-// correctly if the body has the same moment of inertia about all axes [rad]. Beyond it, the angle
-// is too small.
+// Largest turn of a body in a part that the rigid-body engine makes fully [rad]. Beyond it, bodies
+// that touch others turn too little.
 constexpr double largest_exact_turn = M_PI / 4.0;
 
 // Returns the rotation vector in world axes [rad] of a turn from `start` to `end`, which can be
