@@ -64,8 +64,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
                        const btContactSolverInfo& info, btManifoldPoint& point) const;
 
   std::vector<btScalar> margins_;  // contact distance of each object of the world [m]
-  std::vector<btVector3>
-      before_;  // scratch memory: positions of the dynamic bodies before the solve
+  std::vector<btVector3> before_;  // positions of the dynamic bodies at the start of the step [m]
   Kicks kicks_;
 };
 
