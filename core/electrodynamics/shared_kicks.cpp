@@ -1,5 +1,7 @@
 #include "core/electrodynamics/shared_kicks.h"
 
+#include <algorithm>
+
 namespace loomstone {
 
 namespace {
@@ -106,9 +108,18 @@ void keep_momenta(const MagneticModel& model, const KickedSubstep& substep,
   }
 }
 
+// Returns whether a magnet or coil is on an obstacle or on a body in a bearing.
+bool held_sources(const MagneticModel& model) {
+  const auto held = [&](const auto& carried) {
+    return carried.carrier >= model.n_bodies() || model.bodies[carried.carrier].bearing;
+  };
+  return std::ranges::any_of(model.magnets, held) || std::ranges::any_of(model.coils, held);
+}
+
 }  // namespace
 
 void share_kicks(const MagneticModel& model, const KickedSubstep& substep, MovingBodies& bodies) {
+  if (held_sources(model)) return;
   for (const PressedGroup& group : substep.answer.groups) {
     std::vector<OwnKick> kicks = own_kicks(model, substep, group);
     if (!group.on_obstacle) keep_momenta(model, substep, group, bodies.state, kicks);

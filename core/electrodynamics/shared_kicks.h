@@ -6,6 +6,9 @@
 // them. In a group of such bodies, the wrenches at the start therefore turn with the group before
 // the difference is taken.
 //
+// Where obstacles or bearings hold magnets or coils, these pull the group, too, and their forces do
+// not turn with it. In such scenes, all bodies keep the plain difference.
+//
 // A group that touches no obstacle receives a rigid motion in addition. It makes the linear and
 // angular momenta of the group change as much as those of bodies without contacts. RigidWorld alone
 // changes the angular momentum, because it moves overlapping bodies apart and applies the impulses

@@ -347,28 +347,38 @@ def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_
 def test_iron_balls_that_stick_to_a_magnet_come_to_rest_in_few_sub_steps(scene):
     box = ls.meshes.box(size=(0.03, 0.03, 0.02))
     most = 1.1 if scene else 8.0
-    scene = iron_balls(
-        18,
-        ls.Magnet(
-            body="magnet", source=M.cuboid(size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2))
-        ),
-        obstacles=[ls.obstacles.mesh(box, name="magnet", friction=0.6)],
-        **scene,
-    )
-    sim = simulation(scene, 1e-3)
-    energies, substeps = [], []
-    for _ in range(400):
-        sim.step()
-        energies.append(sim.report.energy.body_kinetic)
-        substeps.append(sim.report.magnets.substeps)
-        if sim.time > 0.2:
-            x = np.array(sim.state.body_centres)
-            distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]
-            assert distances.min() > 0.0098, (
-                "contacts stop bodies that meet in a step; the sweeps leave an overlap of 0.1 mm"
-            )
-    assert np.mean(energies[300:]) < 0.7 * np.mean(energies[100:200]), "contacts add no energy"
-    assert 1 <= np.mean(substeps[200:]) < most
+    # Whether a ball still rolls at the end is chance, so the bound is on the mean of three heaps.
+    early, late = [], []
+    for n_balls in (14, 16, 18):
+        balls = iron_balls(
+            n_balls,
+            ls.Magnet(
+                body="magnet", source=M.cuboid(size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2))
+            ),
+            obstacles=[ls.obstacles.mesh(box, name="magnet", friction=0.6)],
+            **scene,
+        )
+        sim = simulation(balls, 1e-3)
+        energies, totals, substeps = [], [], []
+        for _ in range(400):
+            sim.step()
+            energy = sim.report.energy
+            energies.append(energy.body_kinetic)
+            totals.append(energy.body_kinetic + energy.magnetic)
+            substeps.append(sim.report.magnets.substeps)
+            if sim.time > 0.2:
+                x = np.array(sim.state.body_centres)
+                pairs = np.triu_indices(n_balls, 1)
+                distances = np.linalg.norm(x[:, None] - x, axis=2)[pairs]
+                assert distances.min() > 0.0098, (
+                    "contacts stop bodies that meet in a step; the sweeps leave 0.1 mm of overlap"
+                )
+        early.append(np.mean(energies[100:200]))
+        late.append(np.mean(energies[300:]))
+        assert 1 <= np.mean(substeps[200:]) < most
+        lowest = np.minimum.accumulate(totals[100:])
+        assert np.max(totals[100:] - lowest) < 1e-3 * -totals[-1], "contacts add no energy"
+    assert np.mean(late) < 0.7 * np.mean(early), "contacts add no energy"
 
 
 def magnetised_ball() -> ls.magnetics.MagneticBody:
