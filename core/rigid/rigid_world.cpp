@@ -44,6 +44,7 @@ BulletWorld::Kick kick_of(const btRigidBody& body, const BodyImpulses& impulses,
 struct FreeMotion {
   btVector3 velocity, angular_velocity, position;
   std::optional<Vec4> orientation;  // empty: as Bullet turns the body
+  Vec4 start;                       // orientation at the start of the step
 
   bool is_of(const btRigidBody& body) const {
     return body.getLinearVelocity() == velocity && body.getAngularVelocity() == angular_velocity &&
@@ -82,7 +83,7 @@ struct RigidWorld::Data {
   }
   bool turns_freely(std::size_t body) const;
   std::vector<FreeMotion> begin_free_motion(double step, const RigidState& state);
-  void end_free_turns(const std::vector<FreeMotion>& free, RigidState& state);
+  void end_free_turns(const std::vector<FreeMotion>& free, double step, RigidState& state);
   void hold_centres(const RigidState& start);
   void read(RigidState& state) const;
   double work_of_obstacles() const;
@@ -187,17 +188,33 @@ std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const R
     const btVector3 velocity =
         body.getLinearVelocity() + to_bullet(gravity) * body.getLinearFactor() * step;
     free.push_back({velocity, body.getAngularVelocity(),
-                    body.getWorldTransform().getOrigin() + velocity * step, turned});
+                    body.getWorldTransform().getOrigin() + velocity * step, turned, orientation});
   }
   return free;
 }
 
-// Sets the orientations of bodies that nothing has touched to those of their free motion.
-void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, RigidState& state) {
+// Sets the orientations of bodies that nothing has touched to those of their free motion. If a body
+// that spins fast was touched, its change of angular velocity, which Bullet has computed for the
+// orientation at the start, turns with the body. In Bullet's own orientation, a slender body would
+// have another energy with the same angular velocity.
+void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, double step,
+                                      RigidState& state) {
+  constexpr double fast = 1e-2;  // turn in a step [rad]
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!free[i].orientation || !free[i].is_of(*engine->bodies[i])) continue;
+    if (!free[i].orientation) continue;
+    Vec4 turned = *free[i].orientation;
+    if (const btRigidBody& body = *engine->bodies[i]; !free[i].is_of(body)) {
+      const Vec3 spin = from_bullet(free[i].angular_velocity);
+      if (turns_in_bearing(i) || step * spin.norm() < fast) continue;
+      const Mat3 turn =
+          rotation_matrix(quaternion_product(turned, quaternion_inverse(free[i].start)));
+      const Vec3 gained = turn * (from_bullet(body.getAngularVelocity()) - spin);
+      const Vec4 further = quaternion_from_rotation_vector(step * gained);
+      turned = quaternion_product(further, turned);
+      state.angular_velocities.row(i) = (rotation_matrix(further) * (spin + gained)).transpose();
+    }
     state.orientations.row(i) =
-        nearer_sign(*free[i].orientation, state.orientations.row(i).transpose()).transpose();
+        nearer_sign(turned, state.orientations.row(i).transpose()).transpose();
     set_body(i, state);
   }
 }
@@ -364,7 +381,7 @@ void RigidWorld::advance(double step, const BodyImpulses& impulses, const Obstac
   data.places = obstacles;
   data.put_obstacles();
   data.read(state);
-  data.end_free_turns(free, state);
+  data.end_free_turns(free, step, state);
   check_motion(state, step);
   data.know(state);
 }

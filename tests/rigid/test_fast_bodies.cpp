@@ -232,3 +232,35 @@ TEST_CASE("bodies that glide fast past edges and over gaps keep their velocity")
     CHECK((state.velocities.row(0).transpose() - body.velocity).norm() < 1e-12 * thing.speed);
   }
 }
+
+// The spin about the long axis of a rod has little energy. If contacts turned it into a tumble, the
+// energy of the rod would grow by the ratio of its moments of inertia, which is 7200.
+TEST_CASE("a thin rod that falls on a box gains no energy") {
+  const double step = GENERATE(5e-4, 1e-3);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  double largest = 0.0;
+  for (int trial = 0; trial < 12; ++trial) {
+    RigidBody block = body_of(box(0.06, 0.06, 0.06), "box", Vec3(0, 0, 0.03)),
+              rod = body_of(box(0.12, 0.001, 0.001), "box", Vec3(0.02 * normal(random), 0, 0.15));
+    rod.velocity = Vec3(0, 0, -2);
+    rod.orientation =
+        Vec4(normal(random), normal(random), normal(random), normal(random)).normalized();
+    rod.angular_velocity = 3.0 * Vec3(normal(random), normal(random), normal(random));
+    RigidWorld world({block, rod}, {floor_of(4.0, 1)}, gravity);
+    RigidState state = world.initial_state();
+    const MassProperties& mass = world.mass_properties()[1];
+    const auto energy = [&] {
+      const Vec3 spin = state.angular_velocities.row(1).transpose();
+      return 0.5 * mass.mass * state.velocities.row(1).squaredNorm() +
+             0.5 * spin.dot(world_inertia(mass, state.orientations.row(1).transpose()) * spin) +
+             mass.mass * 9.81 * state.positions(1, 2);
+    };
+    const double start = energy();
+    for (int i = 0; i < 0.4 / step; ++i) {
+      run(world, state, step, 1, 1);
+      largest = std::max(largest, energy() / start);
+    }
+  }
+  CHECK(largest < 1.02);
+}
