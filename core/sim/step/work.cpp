@@ -40,8 +40,8 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
-// Largest turn of a body in a part that the rigid-body engine makes fully [rad]. Beyond it, bodies
-// that touch others turn too little.
+// Largest turn in a part that the rigid-body engine makes fully for all bodies [rad]. Beyond it,
+// bodies in bearings that touch others turn too little.
 constexpr double largest_exact_turn = M_PI / 4.0;
 
 // Returns the rotation vector in world axes [rad] of a turn from `start` to `end`, which can be
