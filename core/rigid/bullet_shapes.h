@@ -7,7 +7,7 @@
 
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/bullet.h"
-#include "core/rigid/convex_polyhedron.h"
+#include "core/rigid/contacts/convex_polyhedron.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {

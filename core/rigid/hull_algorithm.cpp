@@ -4,9 +4,9 @@
 #include <new>
 #include <utility>
 
-#include "core/rigid/crossing.h"
+#include "core/rigid/contacts/crossing.h"
+#include "core/rigid/contacts/hull_contacts.h"
 #include "core/rigid/facets.h"
-#include "core/rigid/hull_contacts.h"
 #include "core/rigid/manifold_point.h"
 #include "core/rigid/pair_algorithm.h"
 #include "core/rigid/step_motion.h"
@@ -20,7 +20,7 @@ using Corners = HullOnTriangles::Corners;
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
 // Contact planes of consecutive steps count as the same plane if the cosine of the angle between
 // their normals is at least this value.
-constexpr btScalar same_normal = 0.9;
+constexpr btScalar still_same_plane = 0.9;
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;
@@ -191,7 +191,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   }
 
   // Returns the index of the unused manifold whose contact normal is closest to the given normal.
-  // If the two normals differ too much (see same_normal), returns the index of an unused empty
+  // If the two normals differ too much (see still_same_plane), returns the index of an unused empty
   // manifold or, if there is none, clears the closest manifold and returns its index.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
@@ -200,11 +200,11 @@ class HullAlgorithm : public btCollisionAlgorithm {
       if (used_[m]) continue;
       const bool empty = manifolds_[m]->getNumContacts() == 0;
       const btScalar along =
-          empty ? same_normal
+          empty ? still_same_plane
                 : manifolds_[m]->getContactPoint(0).m_normalWorldOnB.dot(normal_on_second);
       if (along > most) chosen = m, most = along;
     }
-    if (most < same_normal) manifolds_[chosen]->clearManifold();
+    if (most < still_same_plane) manifolds_[chosen]->clearManifold();
     return chosen;
   }
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/mesh/closest_on_triangle.h"
+#include "core/rigid/contacts/sphere_contacts.h"
 #include "core/rigid/facets.h"
-#include "core/rigid/sphere_contacts.h"
 
 namespace loomstone {
 

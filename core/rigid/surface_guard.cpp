@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/rigid/crossing.h"
+#include "core/rigid/contacts/crossing.h"
 #include "core/rigid/step_motion.h"
 
 namespace loomstone {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/base/rotation.h"
-#include "core/rigid/hull_contacts.h"
+#include "core/rigid/contacts/hull_contacts.h"
 #include "tests/rigid/worlds.h"
 
 using namespace loomstone;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/rigid/sphere_contacts.h"
+#include "core/rigid/contacts/sphere_contacts.h"
 #include "tests/rigid/worlds.h"
 
 using namespace loomstone;

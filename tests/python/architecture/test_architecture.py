@@ -57,6 +57,7 @@ ROOMS = {
         {"certify"},
     ],
     "core/magnetics": [{"sources"}, {"fast_sums"}, {"forces"}, {"induction"}, {"field_lines"}],
+    "core/rigid": [{"contacts"}],
     "core/sim": [{"scene"}, {"model"}, {"step"}, {"record"}],
 }
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/rigid/hull_contacts.h"
+#include "core/rigid/contacts/hull_contacts.h"
 
 namespace loomstone {
 

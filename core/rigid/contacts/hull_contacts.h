@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "core/rigid/convex_polyhedron.h"
+#include "core/rigid/contacts/convex_polyhedron.h"
 
 namespace loomstone {
 

@@ -1,4 +1,4 @@
-#include "core/rigid/convex_polyhedron.h"
+#include "core/rigid/contacts/convex_polyhedron.h"
 
 #include <algorithm>
 #include <cmath>

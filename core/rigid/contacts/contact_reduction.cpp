@@ -1,4 +1,4 @@
-#include "core/rigid/contact_reduction.h"
+#include "core/rigid/contacts/contact_reduction.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/rigid/crossing.h"
+#include "core/rigid/contacts/crossing.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "core/rigid/sphere_contacts.h"
+#include "core/rigid/contacts/sphere_contacts.h"
 
 #include <algorithm>
 #include <cmath>

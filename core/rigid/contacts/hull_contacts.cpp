@@ -1,4 +1,4 @@
-#include "core/rigid/hull_contacts.h"
+#include "core/rigid/contacts/hull_contacts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/rigid/contact_reduction.h"
+#include "core/rigid/contacts/contact_reduction.h"
 
 namespace loomstone {
 
