@@ -65,6 +65,36 @@ TEST_CASE("thin and small bodies keep their velocity when they slide fast withou
   }
 }
 
+TEST_CASE("a cube keeps its velocity when it slides over the edge of a closed obstacle") {
+  const double speed = GENERATE(0.5, 2.0, 5.0, 20.0), yaw = GENERATE(0.0, 0.3),
+               step = GENERATE(1e-3, 4e-3, 1e-2);
+  const bool deforms = GENERATE(false, true);
+  CAPTURE(speed, yaw, step, deforms);
+  RigidObstacle table = {shared(box(1.0, 1.0, 0.5)), 0.0, Vec3(0, 0, -0.25), Vec4(1, 0, 0, 0),
+                         Points(0, 3)};
+  if (deforms) {
+    table.vertices = table.mesh->vertices();
+    table.vertices.col(2).array() -= 0.25;
+  }
+  RigidBody cube = body_of(box(0.1, 0.1, 0.1), "box", Vec3(0.4, 0.013, 0.05));
+  cube.friction = 0.0, cube.velocity = Vec3(speed, 0, 0);
+  cube.orientation = quaternion_from_rotation_vector(Vec3(0, 0, yaw));
+  RigidWorld world({cube}, {table}, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  ObstaclePlaces places({RigidPose{Vec3(0, 0, -0.25), Vec4(1, 0, 0, 0)}});
+  if (deforms) places = ObstaclePlaces({RigidPose{Vec3(0, 0, -0.25)}}, table.vertices);
+  // Until the centre of mass has passed the edge. Then the cube starts to tip, and the edge pushes
+  // its bottom forward.
+  while (state.positions(0, 0) + speed * step < 0.5)
+    world.advance(step, {none, none}, places, state);
+  CHECK(state.velocities(0, 0) == Approx(speed).epsilon(1e-6));
+  CHECK(state.velocities.row(0).tail(2).norm() < 1e-6 * speed);
+  while (state.positions(0, 0) < 0.6) world.advance(step, {none, none}, places, state);
+  CHECK(state.velocities(0, 0) >= speed * (1.0 - 1e-6));
+  CHECK(state.velocities(0, 2) < 1e-6 * speed);
+}
+
 TEST_CASE("thin and small bodies keep their velocity when they slide fast on a heavy body") {
   const RigidObstacle ground = floor_of(4.0, 1, 0.0);
   for (const Thing& thing : sliding_things()) {

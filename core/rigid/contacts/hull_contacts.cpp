@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "core/rigid/contacts/contact_reduction.h"
+#include "core/rigid/contacts/facing_normals.h"
 
 namespace loomstone {
 
@@ -16,43 +15,40 @@ namespace {
 constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
+constexpr unsigned whole = 7;  // bit mask of all corners of a triangle
+
+int lowest_corner(const HullOnTriangles::Corners& triangle, const Vec3& up) {
+  int lowest = 0;
+  for (int k = 1; k < 3; ++k)
+    if (up.dot(triangle[k] - triangle[lowest]) < 0.0) lowest = k;
+  return lowest;
+}
+
+// Returns a bit mask of the corners that are as low as the lowest: more than one if an edge or all
+// of the triangle is perpendicular to `up`.
+unsigned corners_at(const HullOnTriangles::Corners& triangle, int lowest, const Vec3& up) {
+  unsigned corners = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 away = triangle[k] - triangle[lowest];
+    if (up.dot(away) <= zero_sine * away.norm()) corners |= 1u << k;
+  }
+  return corners;
+}
 
 }  // namespace
-
-void HullOnTriangles::find_neighbours() {
-  const std::vector<Corners>& triangles = *triangles_;
-  const auto point = [&](std::size_t corner) -> const Vec3& {
-    return triangles[corner / 3][corner % 3];
-  };
-  at_corner_.resize(3 * triangles.size());
-  std::iota(at_corner_.begin(), at_corner_.end(), std::size_t{0});
-  std::sort(at_corner_.begin(), at_corner_.end(), [&](std::size_t a, std::size_t b) {
-    const Vec3 &x = point(a), &y = point(b);
-    return std::tie(x[0], x[1], x[2], a) < std::tie(y[0], y[1], y[2], b);
-  });
-  corners_.resize(triangles.size());
-  first_.clear();
-  for (std::size_t k = 0; k < at_corner_.size(); ++k) {
-    const std::size_t corner = at_corner_[k];
-    if (k == 0 || point(corner) != point(at_corner_[k - 1])) first_.push_back(k);
-    corners_[corner / 3][corner % 3] = first_.size() - 1;
-  }
-  first_.push_back(at_corner_.size());
-  for (std::size_t& entry : at_corner_) entry /= 3;
-}
 
 bool HullOnTriangles::reaches_farthest(const Vec3& direction, std::size_t t, unsigned among) const {
   const int corner = among & 1u ? 0 : among & 2u ? 1 : 2;
   const Vec3& from = (*triangles_)[t][corner];
-  const std::size_t shared = corners_[t][corner];
-  for (std::size_t k = first_[shared]; k < first_[shared + 1]; ++k) {
-    const std::array<std::size_t, 3>& others = corners_[at_corner_[k]];
+  const std::array<std::size_t, 3>& corners = shared_.of(t);
+  for (const std::size_t k : shared_.triangles_at(corners[corner])) {
+    const std::array<std::size_t, 3>& others = shared_.of(k);
     bool shares = true;
     for (int i = 0; i < 3; ++i)
       if (among & (1u << i))
-        shares &= std::find(others.begin(), others.end(), corners_[t][i]) != others.end();
+        shares &= std::find(others.begin(), others.end(), corners[i]) != others.end();
     if (!shares) continue;
-    for (const Vec3& x : (*triangles_)[at_corner_[k]])
+    for (const Vec3& x : (*triangles_)[k])
       if (direction.dot(x - from) > zero_sine * (x - from).norm()) return false;
   }
   return true;
@@ -73,19 +69,19 @@ bool HullOnTriangles::least_overlap(std::size_t t, const Vec3& normal, double ne
   };
   const auto consider = [&](Axis axis, unsigned among) {
     if (!better(axis.gap, met)) return;
-    axis.met = reaches_farthest(axis.direction, t, among);
+    axis.met = among == whole ? axis.direction.dot(normal) > 0.0
+                              : reaches_farthest(axis.direction, t, among);
     if (axis.met) met = axis;
     if (better(axis.gap, best)) best = axis;
   };
   for (std::size_t f = 0; f < hull_->faces.size(); ++f) {
     const ConvexPolyhedron::Face& face = hull_->faces[f];
-    int lowest = 0;
-    for (int k = 1; k < 3; ++k)
-      if (face.normal.dot(triangle[k] - triangle[lowest]) < 0.0) lowest = k;
+    const int lowest = lowest_corner(triangle, face.normal);
     const double gap = face.normal.dot(triangle[lowest]) - face.offset;
     if (gap > near) return false;
     apart = std::max(apart, gap);
-    consider({-face.normal, gap, static_cast<Index>(f), -1, true, triangle[lowest]}, 1u << lowest);
+    consider({-face.normal, gap, static_cast<Index>(f), -1, true, triangle[lowest]},
+             corners_at(triangle, lowest, face.normal));
   }
   for (std::size_t e = 0; e < hull_->edges.size(); ++e) {
     const auto& [points, faces] = hull_->edges[e];
@@ -202,17 +198,6 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
     clip_triangle(triangle, face, along_axis ? axis.direction : normal, near, along_normal);
 }
 
-Vec3 HullOnTriangles::facing_normal(const Query& query, const Corners& triangle) const {
-  const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
-  double side = normal.dot(query.hull.centre - triangle[0]), off_plane = 2.0 * query.near;
-  for (const HullContact& contact : query.before) {
-    const double along = normal.dot(contact.normal),
-                 off = std::abs(normal.dot(contact.point - triangle[0]));
-    if (std::abs(along) > turned_to && off < off_plane) side = along, off_plane = off;
-  }
-  return side < 0.0 ? Vec3(-normal) : normal;
-}
-
 Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) const {
   Vec3 farthest = from;
   for (const Corners& other : *triangles_)
@@ -235,9 +220,11 @@ void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;
   std::vector<std::pair<std::size_t, Axis>> deep;  // used only if no other contact overlaps
+  const std::vector<Vec3> normals =
+      facing_normals({triangles, shared_, query.hull.centre, query.before, 2.0 * near});
   HullContact way_out{Vec3::Zero(), Vec3::Zero(), -std::numeric_limits<double>::infinity()};
   for (std::size_t t = 0; t < query.n_met; ++t) {
-    const Vec3 normal = facing_normal(query, triangles[t]);
+    const Vec3& normal = normals[t];
     Axis best, met;
     if (normal.isZero() || !least_overlap(t, normal, near, best, met)) continue;
     if (best.met || best.direction.dot(normal) > turned_to) {
@@ -258,7 +245,7 @@ void HullOnTriangles::meet_triangles(const Query& query) {
   if (std::none_of(contacts_.begin(), contacts_.end(),
                    [](const HullContact& contact) { return contact.gap < 0.0; })) {
     for (const auto& [t, met] : deep)
-      if (met.gap > way_out.gap) touch(triangles[t], facing_normal(query, triangles[t]), near, met);
+      if (met.gap > way_out.gap) touch(triangles[t], normals[t], near, met);
     if (std::isfinite(way_out.gap)) contacts_.push_back(way_out);
   }
 }
@@ -266,7 +253,7 @@ void HullOnTriangles::meet_triangles(const Query& query) {
 void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   hull_ = &query.hull, triangles_ = &query.triangles;
   contacts_.clear(), planes.clear();
-  find_neighbours();
+  shared_.find(query.triangles);
   meet_triangles(query);
   for (const HullContact& contact : contacts_) {
     const auto same = [&](const Contacts& plane) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/rigid/contacts/convex_polyhedron.h"
+#include "core/rigid/contacts/shared_corners.h"
 
 namespace loomstone {
 
@@ -17,12 +18,11 @@ struct HullContact {
 };
 
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
-// clipping. The triangles are given in the axes of the hull. If the last step had a contact in the
-// plane of a triangle, the triangle faces the side to which this contact's normal pointed.
-// Otherwise, it faces the hull's centre. An edge or corner of a triangle has contacts only in
-// directions in which no other triangle at this edge or corner extends farther. Triangles count as
-// neighbours if they have corners with bitwise equal coordinates. Internal edges of a flat surface
-// therefore do not block a hull that slides over it.
+// clipping. The triangles are given in the axes of the hull. Each triangle faces the side of its
+// surface on which the hull lies (facing_normals.h). An edge or corner of a triangle has contacts
+// only in directions in which no other triangle at this edge or corner extends farther. Triangles
+// count as neighbours if they have corners with bitwise equal coordinates. Internal edges of a flat
+// surface therefore do not block a hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -49,11 +49,6 @@ class HullOnTriangles {
     bool met = true;             // false if a neighbouring triangle extends farther along the axis
     Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if face and edge are -1
   };
-  // Returns the unit normal of a triangle, pointing to the side that the triangle faces (see
-  // the class), or zero if the triangle has no area.
-  Vec3 facing_normal(const Query& query, const Corners& triangle) const;
-  // Fills corners_, first_ and at_corner_.
-  void find_neighbours();
   // Returns true if no triangle that shares the corners `among` (a bit mask) of triangle t extends
   // beyond them along `direction`.
   bool reaches_farthest(const Vec3& direction, std::size_t t, unsigned among) const;
@@ -78,10 +73,7 @@ class HullOnTriangles {
 
   const ConvexPolyhedron* hull_ = nullptr;
   const std::vector<Corners>* triangles_ = nullptr;
-  // (t) The corners of each triangle, as numbers. Equal points have the same number.
-  std::vector<std::array<std::size_t, 3>> corners_;
-  // The triangles at corner c are at_corner_[first_[c]], ..., at_corner_[first_[c + 1] - 1].
-  std::vector<std::size_t> first_, at_corner_;
+  SharedCorners shared_;
   Contacts contacts_;
   std::vector<Vec3> polygon_, clipped_;
 };

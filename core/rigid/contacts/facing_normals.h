@@ -1,0 +1,34 @@
+// Normals of triangles that point to the side of the surface on which a hull lies. Independent of
+// Bullet.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/rigid/contacts/hull_contacts.h"
+#include "core/rigid/contacts/shared_corners.h"
+
+namespace loomstone {
+
+struct FacingQuery {
+  const std::vector<std::array<Vec3, 3>>& triangles;
+  const SharedCorners& shared;  // of these triangles
+  const Vec3& centre;           // of the hull
+  // Contacts of the last step, whose `point` lies on the hull. They belong to triangles whose
+  // planes are closer than `reach` [m].
+  const HullOnTriangles::Contacts& before;
+  double reach;
+};
+
+// Returns the unit normal of each triangle that points to the hull's side of the surface, or zero
+// for triangles without area. Triangles with common edges form a surface, and all of them face the
+// same side of it: that of the contacts of the last step or, if there are none or they contradict
+// each other, that of the hull's centre. The centre lies on the side to which the normal of the
+// closest point points. At an edge, this normal is the mean of those of the two triangles, at a
+// corner their mean weighted by angles [BaerentzenAanaes2005]. So a triangle does not face a hull
+// that lies behind its plane but outside the surface, beyond another triangle. Where the surface
+// does not have two sides at its closest point, as at its boundary, each triangle faces the
+// contacts in its own plane or the centre.
+std::vector<Vec3> facing_normals(const FacingQuery& query);
+
+}  // namespace loomstone
