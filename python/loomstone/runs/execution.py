@@ -84,7 +84,7 @@ def execute(
             if number := simulation.agree(0 if drawn else received.number):
                 raise Interrupted(number)
             report = {
-                "frames": max(n_frames, following),
+                "frames": simulation.agree(writer.n_frames),
                 **_of_this_process(time.perf_counter() - began, simulation.step_index - first_step),
                 **_end_of(simulation),
             }

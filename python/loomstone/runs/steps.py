@@ -121,7 +121,7 @@ def _summary(rows: list[dict[str, str]]) -> dict[str, Any]:
         "impacts": sum(int(r["contacts.impacts"]) for r in rows),
         "withheld_vertices": sum(int(r["withheld.vertices"]) for r in rows),
         "steps_in_parts": sum(int(r["parts"]) > 1 for r in rows),
-        "mean_part": float(rows[-1]["time"]) / sum(max(1, int(r["parts"])) for r in rows),
+        "mean_part": _duration(rows) / sum(max(1, int(r["parts"])) for r in rows),
         "least_part": min(float(r["error.least_part"]) for r in rows),
         "steps_beyond_accuracy": sum(int(r["error.beyond"]) > 0 for r in rows),
         **_balances(rows),
@@ -153,6 +153,12 @@ def _summary(rows: list[dict[str, str]]) -> dict[str, Any]:
             for name in ("scripts", "loads", "friction", "damping", "limits", "withheld", "lost")
         },
     }
+
+
+def _duration(rows: list[dict[str, str]]) -> float:
+    """Returns the time from the start of the first step to the end of the last step [s]."""
+    first, last = rows[0], rows[-1]
+    return float(last["time"]) - (float(first["time"]) - float(first["length"]))
 
 
 def _balances(rows: list[dict[str, str]]) -> dict[str, float]:

@@ -47,6 +47,11 @@ class NoWriter:
 
     def __exit__(self, *_: object) -> None: ...
 
+    @property
+    def n_frames(self) -> int:
+        """Number of stored frames; 0 on ranks that write nothing."""
+        return 0
+
     def frame(self, index: int, frame: Frame) -> None: ...
 
     def step(
@@ -104,6 +109,10 @@ class Writer(NoWriter):
         except OSError:
             if failure[0] is None:  # otherwise, the earlier error that ended the run is reported
                 raise
+
+    @property
+    def n_frames(self) -> int:
+        return self._frames.n_frames
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -238,7 +247,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 
     following : index of the first frame that the continued run writes
 
-    Returns the first frame of the run, or None if no pictures are drawn or `following` is 0.
+    Returns the first frame of the run, or None if no pictures are drawn or no frame is kept.
     """
     _check_rate(directory, options.rate)
     if not options.render:
@@ -250,7 +259,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
         begun.metadata_text,
         advice="move it away, so that resuming draws all pictures again",
     )
-    return begun[0] if following else None
+    return begun[0] if following and len(begun) else None
 
 
 def check_room(directory: Path, overwrite: bool) -> None:
@@ -331,11 +340,11 @@ def visible_names(directory: Path) -> list[str]:
 
 
 def _check_rate(directory: Path, rate: float) -> None:
-    """Raises CacheError if the run has a second frame whose time is not 1/rate."""
-    times = Run(directory).times
-    if len(times) > 1 and abs(times[1] * rate - 1.0) > 1e-6:
+    """Raises CacheError if the run has two frames or more, and another rate."""
+    begun = Run(directory)
+    if len(begun) > 1 and abs(rate / begun.rate - 1.0) > 1e-6:
         raise CacheError(
-            f"{directory}: rate must be that of the run, {1.0 / times[1]:.9g} frames/s, got"
+            f"{directory}: rate must be that of the run, {begun.rate:.9g} frames/s, got"
             f" {rate:g}; resume with it, or give another directory"
         )
 

@@ -193,6 +193,28 @@ def test_a_run_can_be_prolonged(run, hanging, euler):
     assert again["frames"] == 6 == len(ls.Run(run)), "a shorter duration removes no frames"
 
 
+def test_a_run_that_begins_after_the_first_steps_can_be_prolonged(hanging, euler, tmp_path):
+    sim, out = ls.Simulation(hanging, integrator=euler), tmp_path / "late"
+    for _ in range(15):  # up to 0.06 s
+        sim.step()
+    report = sim.run(out=out, duration=0.2, rate=25)
+    # Frames 0 and 1, at 0 and 0.04 s, precede the run.
+    assert ls.Run(out).times == pytest.approx([0.08, 0.12, 0.16, 0.2])
+    steps = read_steps(out)
+    mean = steps["length"].sum() / steps["parts"].sum()
+    assert report["frames"] == 4 and report["mean_part"] == pytest.approx(mean)
+    longer = ls.Simulation(hanging, integrator=euler).run(
+        out=out, duration=0.32, rate=25, resume=True
+    )
+    assert longer["frames"] == len(ls.Run(out)) == 7
+    straight = ls.Simulation(hanging, integrator=euler)
+    for _ in range(80):
+        straight.step()
+    assert longer["digest"] == straight.digest()
+    with pytest.raises(ls.CacheError, match="rate must be that of the run, 25 frames/s, got 50"):
+        ls.Simulation(hanging, integrator=euler).run(out=out, duration=0.4, rate=50.0, resume=True)
+
+
 def test_a_run_is_not_continued_as_another(run, hanging, euler):
     stiff = hanging.cloths[0].replace(material=ls.ClothMaterial(weft_stiffness=500.0))
     for scene, integrator, differ in [
