@@ -22,22 +22,31 @@ class FacingNormals {
       : query_(query),
         links_(query.triangles.size()),
         orientation_(query.triangles.size(), 0),
-        first_(query.triangles.size(), none) {
+        first_(query.triangles.size(), none),
+        own_(query.triangles.size()) {
     for (const Corners& x : query.triangles)
       normals_.push_back((x[1] - x[0]).cross(x[2] - x[0]).normalized());
-    link();
+    for (std::size_t t = 0; t < own_.size(); ++t) own_[t] = own_side(t);
   }
 
   std::vector<Vec3> find() {
+    if (is_flat()) {
+      for (std::size_t t = 0; t < own_.size(); ++t) face(t, own_[t]);
+      return std::move(normals_);
+    }
+    link();
     std::vector<std::size_t> surface;
     for (std::size_t t = 0; t < normals_.size(); ++t) {
       if (orientation_[t] != 0) continue;
       const bool orientable = spread(t, surface);
-      const double side = orientable ? side_of(surface) : 0.0;
+      bool in_front = false, behind = false;
       for (const std::size_t k : surface) {
-        const double own = side == 0.0 ? own_side(k) : side * orientation_[k];
-        if (own < 0.0) normals_[k] = -normals_[k];
+        in_front |= own_[k] * orientation_[k] > 0.0;
+        behind |= own_[k] * orientation_[k] < 0.0;
       }
+      // Triangles that agree need no search for the closest point.
+      const double side = orientable && in_front && behind ? side_of(surface) : 0.0;
+      for (const std::size_t k : surface) face(k, side == 0.0 ? own_[k] : side * orientation_[k]);
     }
     return std::move(normals_);
   }
@@ -48,6 +57,19 @@ class FacingNormals {
     int turned = 1;  // -1 if the normals of the two triangles point to different sides
   };
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+
+  void face(std::size_t t, double side) {
+    if (side < 0.0) normals_[t] = -normals_[t];
+  }
+
+  // Returns whether all triangles are parallel and, each judged by itself, face the same direction.
+  bool is_flat() const {
+    for (std::size_t t = 0; t < own_.size(); ++t) {
+      const double along = normals_[t].dot(normals_[0]);
+      if (!(along * own_[t] * own_[0] > 0.0) || std::abs(along) < 1.0 - 1e-12) return false;
+    }
+    return true;
+  }
 
   // Fills links_: side k of triangle t runs from its corner k to the next. It has a link if exactly
   // one other triangle has this side.
@@ -129,9 +151,8 @@ class FacingNormals {
   // Returns the oriented normal at a point of triangle t, or nothing on the surface's boundary.
   std::optional<Vec3> normal_at(std::size_t t, const TrianglePoint& point) const {
     if (point.feature == TriangleFeature::Face) return oriented(t);
-    const int next = (point.corner + 1) % 3, last = (point.corner + 2) % 3;
     if (point.feature == TriangleFeature::Edge) {
-      const std::size_t other = links_[t][next].triangle;
+      const std::size_t other = links_[t][(point.corner + 1) % 3].triangle;
       if (other == none) return std::nullopt;
       return oriented(t) + oriented(other);
     }
@@ -150,7 +171,8 @@ class FacingNormals {
     return sum;
   }
 
-  // As side_of() for a single triangle, but not zero for lack of an orientation.
+  // Returns a positive number if the normal of triangle t points to the hull, judged from this
+  // triangle alone, and a negative one if it points away.
   double own_side(std::size_t t) const {
     double side = normals_[t].dot(query_.centre - query_.triangles[t][0]), least = query_.reach;
     for (const HullContact& contact : query_.before) {
@@ -169,6 +191,7 @@ class FacingNormals {
   std::vector<std::array<Link, 3>> links_;
   std::vector<int> orientation_;  // of the normal relative to the first triangle; 0: not yet known
   std::vector<std::size_t> first_;  // the first triangle of the surface
+  std::vector<double> own_;         // side of each triangle, judged by itself
   std::vector<Vec3> normals_;
 };
 
