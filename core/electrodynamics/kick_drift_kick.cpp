@@ -42,6 +42,10 @@ void Substeps::resolve(double frequency) {
   limit_ = tolerated_growth * most_;
 }
 
+void Substeps::follow(double motion_rate) {
+  while (motion_rate > resolved_motion() && halve()) continue;
+}
+
 bool Substeps::halve() {
   if (2 * parts_ > most_substeps) return false;
   parts_ *= 2, place_ *= 2;

@@ -72,10 +72,12 @@ double kinetic_energy(const MagneticModel& model, const MovingBodies& bodies);
 // momentum is not finite.
 void end_motion(const MagneticModel& model, MovingBodies& bodies);
 
-// Divides a step into sub-steps that are short compared with the period of the fastest oscillation.
+// Divides a step into sub-steps that are short compared with the period of the fastest oscillation,
+// and in which magnets move by a small fraction of the distance between them.
 class Substeps {
  public:
-  // `most` is the limit of sub-step length times angular frequency [1].
+  // `most` is the limit of sub-step length times angular frequency, and of sub-step length times
+  // rate of relative motion [1].
   Substeps(double step, double most) : step_(step), most_(most), limit_(most) {}
   bool left() const { return place_ < parts_; }
   bool first() const { return place_ == 0; }
@@ -89,6 +91,11 @@ class Substeps {
   // From the second call on, length times frequency may exceed the limit by up to a third. Throws
   // SolverFailure if too many sub-steps are needed or the frequency is not finite.
   void resolve(double frequency);
+  // Largest rate of relative motion that the remaining sub-steps resolve [1/s].
+  double resolved_motion() const { return most_ / length(); }
+  // Halves the length of the remaining sub-steps until they resolve the rate of relative motion
+  // [1/s], or until there would be too many of them.
+  void follow(double motion_rate);
   // Halves the length of the remaining sub-steps. Returns false, without effect, if there would be
   // too many.
   bool halve();

@@ -35,6 +35,22 @@ double work_of_obstacles(double duration, const std::vector<Twist>& twists,
   return work;
 }
 
+std::vector<CarrierMotion> carrier_motions(const MagneticModel& model, const MovingBodies& bodies,
+                                           const std::vector<RigidPose>& obstacles,
+                                           const std::vector<Twist>& twists) {
+  std::vector<CarrierMotion> motions;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const Vec4 orientation = bodies.state.orientations.row(b).transpose();
+    const Vec3 momentum = bodies.momenta.row(b).transpose();
+    motions.push_back({bodies.state.positions.row(b).transpose(),
+                       bodies.state.velocities.row(b).transpose(),
+                       angular_velocity(model.bodies[b].rotor, orientation, momentum)});
+  }
+  for (std::size_t o = 0; o < twists.size(); ++o)
+    motions.push_back({obstacles[o].position, twists[o].velocity, twists[o].spin});
+  return motions;
+}
+
 BodyImpulses no_impulses(Index n_bodies) {
   return {Points::Zero(n_bodies, 3), Points::Zero(n_bodies, 3)};
 }
@@ -175,6 +191,10 @@ struct MagneticMotion::Course {
   const Instant& arrive(const ObstaclePlaces& obstacles, double time) const {
     return motion.arrive(team, {{bodies.state, obstacles.poses}, twists, time}, magnetic.moments);
   }
+  // Motion of bodies and obstacles at an instant.
+  std::vector<CarrierMotion> motions(const ObstaclePlaces& obstacles) const {
+    return carrier_motions(motion.model_, bodies, obstacles.poses, twists);
+  }
   CarrierWrenches kick(double time, double duration, const Instant& now) const {
     return kick_wrenches(motion.model_,
                          {time, duration, bodies.state, bodies.momenta, twists, now.actions},
@@ -237,6 +257,8 @@ MagneticEffort MagneticMotion::advance(const Team& team, const MagneticStep& ste
     const Vector currents = coil_currents(model_, magnetic.circuits, step.start + parts.elapsed());
     const ObstaclePlaces here = course.obstacles_at(parts.share());
     parts.resolve(frequency(team, {state, here.poses}, currents, *last_, world));
+    parts.follow(frequency_.motion_rate(team, {state, here.poses}, course.motions(here),
+                                        parts.resolved_motion()));
     Start start{state, course.bodies.momenta, magnetic};
     world.save(start.bodies);
     SubstepResult result = course.advance(parts);

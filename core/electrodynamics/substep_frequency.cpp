@@ -62,18 +62,21 @@ std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) con
   return carriers;
 }
 
-// Returns the induced spheres. The list is empty unless all induced bodies are point dipoles with
-// positive polarisability.
+// Returns the induced spheres. The list is empty unless all_soft_spheres().
 std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody>& magnets) const {
   const std::vector<Index>& induced = magnets_.induced();
   std::vector<SoftSphere> spheres;
-  if (induced.empty() || !magnets_.dipoles_only() ||
-      !(magnets_.polarizabilities().minCoeff() > 0.0))
-    return spheres;
+  if (!all_soft_spheres()) return spheres;
   for (const Index i : induced)
     spheres.push_back({magnets_.groups()[i], magnets[i].pose.position, magnets[i].moment(),
                        model_.magnets[i].radius});
   return spheres;
+}
+
+// Returns whether all induced bodies are point dipoles with positive polarisability.
+bool SubstepFrequency::all_soft_spheres() const {
+  return !magnets_.induced().empty() && magnets_.dipoles_only() &&
+         magnets_.polarizabilities().minCoeff() > 0.0;
 }
 
 SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
@@ -138,6 +141,30 @@ double SubstepFrequency::at(const Team& team, const Oscillators& now) const {
   for (std::size_t b = 0; b < now.touching.size(); ++b)
     if (now.touching[b]) squares[b] *= touching_share;
   return std::sqrt(*std::max_element(squares.begin(), squares.end()));
+}
+
+double SubstepFrequency::motion_rate(const Team& team, const CarrierPlaces& places,
+                                     const std::vector<CarrierMotion>& motions,
+                                     double negligible) const {
+  std::vector<CoarseMagnet> magnets = coarse_;
+  std::vector<RigidPose> poses;
+  std::vector<Index> carriers;
+  for (const Index i : magnets_.induced()) magnets[i].soft_sphere = all_soft_spheres();
+  magnets.insert(magnets.end(), coarse_coils_.begin(), coarse_coils_.end());
+  for (const CarriedMagnet& magnet : model_.magnets) {
+    poses.push_back(places.pose(magnet.carrier, magnet.local));
+    carriers.push_back(magnet.carrier);
+  }
+  for (const CarriedCoil& wound : model_.coils) {
+    poses.push_back(places.pose(wound.carrier, wound.local));
+    carriers.push_back(wound.carrier);
+  }
+  double rate = relative_motion_rate(team, {magnets, poses, carriers, motions}, negligible);
+  if (model_.field.isZero(0.0)) return rate;
+  for (std::size_t i = 0; i < magnets.size(); ++i)
+    if (!magnets[i].soft_sphere && carriers[i] < model_.n_bodies())
+      rate = std::max(rate, motions[carriers[i]].spin.norm());
+  return rate;
 }
 
 }  // namespace loomstone

@@ -1,11 +1,13 @@
-// Upper bound on the oscillation frequencies of bodies that carry magnets or coils, based on
-// core/magnetics/forces/stiffness.h. Sub-steps must resolve these frequencies.
+// What sub-steps must resolve: oscillations of bodies that carry magnets or coils, with an upper
+// bound on their frequencies (core/magnetics/forces/stiffness.h), and the motion of magnets and
+// coils relative to each other (core/magnetics/forces/relative_motion.h).
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "core/electrodynamics/magnets.h"
+#include "core/magnetics/forces/relative_motion.h"
 #include "core/magnetics/forces/stiffness.h"
 
 namespace loomstone {
@@ -19,14 +21,20 @@ struct Oscillators {
   std::vector<std::uint8_t> touching;        // (bodies) 1: body in contact
 };
 
-// Computes an upper bound on the oscillation frequencies of bodies. Contains only constant tables
-// of the model. `model` and `magnets` must outlive the SubstepFrequency.
+// Computes an upper bound on the oscillation frequencies of bodies, and the rate of relative
+// motion. Contains only constant tables of the model. `model` and `magnets` must outlive the
+// SubstepFrequency.
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
   // Returns the largest of the bounds on the angular frequencies of the bodies [rad/s]. The bounds
   // of bodies in contact are first divided by four.
   double at(const Team& team, const Oscillators& now) const;
+  // Returns the relative_motion_rate() of magnets and coils [1/s], or a larger value of at most
+  // `negligible`. In a uniform field, the rate is at least the angular velocity of any body that
+  // carries a magnet or coil. `motions` are those of bodies, then obstacles.
+  double motion_rate(const Team& team, const CarrierPlaces& places,
+                     const std::vector<CarrierMotion>& motions, double negligible) const;
 
  private:
   // All magnets, then all coils, each approximated by dipoles, with its pose and its group.
@@ -36,6 +44,7 @@ class SubstepFrequency {
     std::vector<Index> groups;
   };
   std::vector<Carrier> carriers(const CarrierPlaces& places) const;
+  bool all_soft_spheres() const;
   std::vector<SoftSphere> spheres(const std::vector<MagneticBody>& magnets) const;
   Coarse coarse(const Oscillators& now, const std::vector<SoftSphere>& spheres) const;
   void add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,

@@ -1,4 +1,5 @@
-// Tests of Substeps, which divides a step into sub-steps that resolve the fastest oscillation.
+// Tests of Substeps, which divides a step into sub-steps that resolve the fastest oscillation and
+// the relative motion of magnets.
 #include <catch2/catch.hpp>
 
 #include <limits>
@@ -74,4 +75,17 @@ TEST_CASE("halved sub-steps fill the rest of the step, and at most 4096 are take
   while (parts.halve()) continue;
   CHECK(parts.length() == 1.0 / 4096.0);
   CHECK(parts.elapsed() == 0.5);
+}
+
+TEST_CASE("sub-steps resolve the relative motion of magnets as far as their number permits") {
+  Substeps parts(1.0, 0.15);
+  parts.follow(0.15);
+  CHECK(parts.length() == 1.0);
+  parts.follow(1.0);
+  CHECK(parts.length() == 0.125);
+  CHECK(parts.resolved_motion() == 0.15 / 0.125);
+  parts.follow(0.0);
+  CHECK(parts.length() == 0.125);
+  parts.follow(1e9);
+  CHECK(parts.length() == 1.0 / 4096.0);
 }

@@ -1,0 +1,33 @@
+// Rate at which relative motion changes the forces and induced voltages between magnets. Sub-steps
+// must resolve it, even if the motion is so fast that the forces hardly influence it.
+#pragma once
+
+#include <vector>
+
+#include "core/magnetics/forces/stiffness.h"
+
+namespace loomstone {
+
+// Motion of a carrier of magnets.
+struct CarrierMotion {
+  Vec3 centre = Vec3::Zero();                         // point that has `velocity`, world axes [m]
+  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // [m/s], [rad/s]
+};
+
+// Magnets at one instant. `carriers` contains the index of each magnet's carrier.
+struct MovingMagnets {
+  const std::vector<CoarseMagnet>& magnets;
+  const std::vector<RigidPose>& poses;
+  const std::vector<Index>& carriers;
+  const std::vector<CarrierMotion>& motions;  // of the carriers
+};
+
+// Returns the largest rate of all pairs of magnets on different carriers [1/s]. The rate of a pair
+// is the relative velocity of two of their dipoles, divided by the distance between the dipoles,
+// plus the larger of the angular velocities of the two magnets. If the distance is less than the
+// mean size of the two parts that the dipoles represent, this mean size replaces it. The angular
+// velocity of a soft sphere counts as zero. If an upper bound that takes less time is at most
+// `negligible`, returns this bound.
+double relative_motion_rate(const Team& team, const MovingMagnets& moving, double negligible);
+
+}  // namespace loomstone
