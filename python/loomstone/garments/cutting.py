@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from .._core import InvalidInput
 from .edges import Edge
-from .seams import Pattern, Seam, turned_panels
+from .joined_edges import without_joined_edges
+from .panel import Panel
+from .seams import Pattern, Seam, merged, turned_panels
 from .triangulation import Boundary, triangulated
 
 __all__ = ["Cut", "cut"]
@@ -52,11 +54,40 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
 
     triangles : total number, distributed over the panels by area; None: determined by `spacing`
     """
+    drawn, faces, owner, groups = _triangulated_panels(pattern, spacing, triangles, seed)
+    ends = np.cumsum([0, *map(len, drawn)])
+    placed = [_place(panel, points) for panel, points in zip(pattern.panels, drawn, strict=True)]
+    pairs, seam_of_pair, reverse = _pairs(pattern, groups, np.concatenate(placed))
+    mesh = without_joined_edges(np.concatenate(drawn), faces, merged(int(ends[-1]), pairs.tolist()))
+    owner, faces = owner[mesh.origin], mesh.triangles
+    panel_of_point = np.repeat(np.arange(len(drawn)), np.diff(ends))
+    panel_of_point = np.r_[panel_of_point, np.zeros(len(mesh.points) - ends[-1], np.int64)]
+    panel_of_point[faces] = owner[:, None]
+    flat, places = np.empty((len(mesh.points), 2)), np.empty((len(mesh.points), 3))
+    turned, shelf = turned_panels(pattern, reverse), 0.0
+    for index, panel in enumerate(pattern.panels):
+        own = groups[panel.name] = np.flatnonzero(panel_of_point == index)
+        laid = panel.pattern(mesh.points[own])
+        flat[own] = laid - laid.min(0) + (shelf, 0.0)
+        shelf += float(np.ptp(laid[:, 0])) + SHELF
+        places[own] = _place(panel, mesh.points[own])
+        if turned[panel.name]:
+            faces[owner == index] = faces[owner == index][:, ::-1]
+    return Cut(pattern, flat, places, faces, owner, pairs, seam_of_pair, groups)
+
+
+def _triangulated_panels(
+    pattern: Pattern, spacing: float, triangles: int | None, seed: int
+) -> tuple[list[Floats], Indices, Indices, dict[str, Indices]]:
+    """Returns the vertices of each panel in its plane [m], and the concatenated triangles.
+
+    Also returns the index of the panel of each triangle, and the vertices of each edge by name.
+    """
     segments = _segments(pattern, spacing)
-    flat, placed, faces, owner = [], [], [], []
+    drawn, faces, owner = [], [], []
     groups: dict[str, Indices] = {}
     total = sum(panel.area for panel in pattern.panels)
-    first, shelf, due = 0, 0.0, 0.0
+    first, due = 0, 0.0
     for index, panel in enumerate(pattern.panels):
         loops = [_loop(panel.name, loop, segments) for loop in panel.loops]
         boundary = Boundary(loops)
@@ -75,27 +106,18 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
                 groups[name] = start + np.arange(at, at + segments[name] + 1) % len(loop)
                 at += segments[name]
             start += len(loop)
-        groups[panel.name] = np.arange(first, first + len(points))
-        laid = panel.pattern(points)
-        low = laid.min(0)
-        flat.append(laid - low + (shelf, 0.0))
-        shelf += float(np.ptp(laid[:, 0])) + SHELF
-        where = np.asarray(panel.place(points), float)
-        if where.shape != (len(points), 3) or not np.isfinite(where).all():
-            raise InvalidInput(
-                f"panel {panel.name!r}: its place must return finite points (n x 3) [m]"
-            )
-        placed.append(where)
+        drawn.append(points)
         faces.append(panel_faces + first)
         owner.append(np.full(len(panel_faces), index))
         first += len(points)
-    places = np.concatenate(placed)
-    pairs, seam_of_pair, reverse = _pairs(pattern, groups, places)
-    joined, owners = np.concatenate(faces), np.concatenate(owner)
-    for index, panel in enumerate(pattern.panels):
-        if turned_panels(pattern, reverse)[panel.name]:
-            joined[owners == index] = joined[owners == index][:, ::-1]
-    return Cut(pattern, np.concatenate(flat), places, joined, owners, pairs, seam_of_pair, groups)
+    return drawn, np.concatenate(faces), np.concatenate(owner), groups
+
+
+def _place(panel: Panel, points: Floats) -> Floats:
+    places = np.asarray(panel.place(points), float)
+    if places.shape != (len(points), 3) or not np.isfinite(places).all():
+        raise InvalidInput(f"panel {panel.name!r}: its place must return finite points (n x 3) [m]")
+    return places
 
 
 def _loop(panel: str, edges: Sequence[Edge], segments: Mapping[str, int]) -> Floats:

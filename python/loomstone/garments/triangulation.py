@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._core import InvalidInput
 from ..meshes.planar import centres, cross, delaunay
 
-__all__ = ["Boundary", "smallest_angles", "triangulated"]
+__all__ = ["Boundary", "improve", "smallest_angles", "triangulated"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -94,7 +94,7 @@ def triangulated(
         points[fixed:] = moved[fixed:]
     faces = _faces(points, boundary)
     for _ in range(12):
-        if not _improve(points, faces, fixed):
+        if not improve(points, faces, fixed):
             break
         faces = _faces(points, boundary)
     _check(points, faces, boundary, interior, where)
@@ -187,7 +187,7 @@ def _faces(points: Floats, boundary: Boundary) -> Indices:
     return np.asarray(faces[keep], np.int64)
 
 
-def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
+def improve(points: Floats, faces: Indices, fixed: int) -> bool:
     """Moves interior vertices of poor triangles, so that the smallest angle around them increases.
 
     Each vertex is moved by a compass search. Returns whether any vertex moved.

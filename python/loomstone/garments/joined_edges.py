@@ -1,0 +1,191 @@
+"""Removes mesh edges inside panels that seams would join to another edge, as at corners of bags.
+
+Where two sewn edges of a panel meet, a triangle may have both as sides. Its third side then has
+both ends on seams. If the other panel has such a triangle too, the seams join the two third sides,
+and the triangles lie on each other. At the tip of a cone, the seam joins the ends of the third
+side. An edge flip, which replaces the common side of two triangles by the other diagonal of their
+quadrilateral, usually helps. Where it does not, a new vertex splits the edge.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .triangulation import improve, smallest_angles
+
+__all__ = ["Separated", "without_joined_edges"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Edge = tuple[int, int]
+Sides = dict[Edge, tuple[int, int]]  # of each half-edge: its triangle and the opposite vertex
+
+ROUNDS = 100  # each flips or splits at most one edge of every triangle
+LEAST_DEGREES = 10.0  # an edge is split rather than flipped if the flip makes smaller angles
+
+
+@dataclass(frozen=True, eq=False)
+class Separated:
+    """Triangles without joined edges.
+
+    points : (n x 2) the given vertices, then new ones [m]
+    triangles : (m x 3) counter-clockwise
+    origin : (m) a triangle of the same panel in the given mesh
+    """
+
+    points: Floats
+    triangles: Indices
+    origin: Indices
+
+
+def without_joined_edges(points: Floats, triangles: Indices, welded: Indices) -> Separated:
+    """Flips or splits edges inside panels that the seams would join.
+
+    These are edges whose ends are joined to each other, or to the ends of another edge. Does
+    nothing if the ends of a boundary edge are joined. Welding the panels then fails.
+
+    points : (n x 2) vertices of all panels, each in its plane [m]
+    triangles : (m x 3) counter-clockwise
+    welded : (n) index of each vertex after sewing
+    """
+    given = len(points)
+    triangles, origin = triangles.copy(), np.arange(len(triangles))
+    for _ in range(ROUNDS):
+        sides = _sides(triangles)
+        groups = _groups(sides, welded)
+        joined = _joined_edges(sides, groups)
+        closed = any(welded[a] == welded[b] for a, b in sides if (b, a) not in sides)
+        if closed or not joined:
+            break
+        useful = partial(_stays_alone, groups=groups, welded=welded)
+        flips = _flips(points, sides, joined, useful)
+        for one, two, new in flips:
+            triangles[one], triangles[two] = new
+        if flips:
+            continue
+        edges = [max(edges, key=lambda e: _length(points, e)) for edges in joined]
+        points, triangles, origin = _split(points, triangles, origin, sides, edges)
+        welded = np.r_[welded, welded.max() + 1 + np.arange(len(points) - len(welded))]
+        improve(points, triangles, given)
+    return Separated(points, triangles, origin)
+
+
+def _sides(triangles: Indices) -> Sides:
+    return {
+        (a, b): (row, c)
+        for row, (i, j, k) in enumerate(triangles.tolist())
+        for a, b, c in ((i, j, k), (j, k, i), (k, i, j))
+    }
+
+
+def _length(points: Floats, edge: Edge) -> float:
+    return float(np.linalg.norm(points[edge[1]] - points[edge[0]]))
+
+
+def _ends(edge: Edge, welded: Indices) -> Edge:
+    """Returns the ends of an edge after sewing, in ascending order."""
+    a, b = sorted((int(welded[edge[0]]), int(welded[edge[1]])))
+    return a, b
+
+
+def _groups(sides: Sides, welded: Indices) -> dict[Edge, list[Edge]]:
+    """Returns, for each edge after sewing, the edges that become it."""
+    groups = defaultdict(list)
+    for a, b in sides:
+        if a < b or (b, a) not in sides:
+            groups[_ends((a, b), welded)].append((a, b))
+    return groups
+
+
+def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edge]]:
+    """Returns, for each edge that would be joined, the edges inside panels that become this edge.
+
+    A seam joins two boundary edges, which is intended. Edges inside panels must stay alone.
+    """
+    result = []
+    for ends, edges in groups.items():
+        inside = [(a, b) for a, b in edges if (b, a) in sides]
+        if inside and (len(edges) > 1 or ends[0] == ends[1]):
+            result.append(inside)
+    return result
+
+
+def _stays_alone(edge: Edge, groups: dict[Edge, list[Edge]], welded: Indices) -> bool:
+    ends = _ends(edge, welded)
+    return ends[0] != ends[1] and ends not in groups
+
+
+def _flips(
+    points: Floats, sides: Sides, joined: list[list[Edge]], useful: Callable[[Edge], bool]
+) -> list[tuple[int, int, tuple[list[int], list[int]]]]:
+    """Returns flips of joined edges: two triangles without other flips, and their replacements.
+
+    useful : returns whether an edge is a useful replacement
+    """
+    chosen = []
+    for edges in joined:
+        flips = [
+            _flip(points, sides, (a, b))
+            for a, b in edges
+            if useful((sides[a, b][1], sides[b, a][1]))
+        ]
+        if not flips:
+            continue
+        best = max(flips, key=lambda flip: flip[0])
+        if best[0] > LEAST_DEGREES:
+            chosen.append(best)
+    result, taken = [], set[int]()
+    for _, one, two, new in sorted(chosen, key=lambda flip: (-flip[0], flip[1])):
+        if not taken & {one, two}:
+            taken |= {one, two}
+            result.append((one, two, new))
+    return result
+
+
+def _diagonal(sides: Sides, edge: Edge) -> Edge:
+    """Returns the edge that replaces an edge in a flip."""
+    a, b = edge
+    return sides[a, b][1], sides[b, a][1]
+
+
+def _flip(
+    points: Floats, sides: Sides, edge: Edge
+) -> tuple[float, int, int, tuple[list[int], list[int]]]:
+    """Returns the smallest angle after the flip of an edge [degrees], and the flip.
+
+    The angle is 0 if a triangle would be turned over.
+    """
+    a, b = edge
+    (one, c), (two, d) = sides[a, b], sides[b, a]
+    new = ([c, a, d], [d, b, c])
+    corners = points[np.array(new)]
+    first, last = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas = first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]
+    angle = float(smallest_angles(points, np.array(new)).min()) if (areas > 0).all() else 0.0
+    return angle, one, two, new
+
+
+def _split(
+    points: Floats, triangles: Indices, origin: Indices, sides: Sides, edges: list[Edge]
+) -> tuple[Floats, Indices, Indices]:
+    """Splits edges at their centres, at most one of each triangle."""
+    taken = set[int]()
+    middles: list[Floats] = []
+    rows, added = triangles.tolist(), []
+    for a, b in edges:
+        (one, c), (two, d) = sides[a, b], sides[b, a]
+        if taken & {one, two}:
+            continue
+        taken |= {one, two}
+        m = len(points) + len(middles)
+        middles.append((points[a] + points[b]) / 2)
+        rows[one], rows[two] = [a, m, c], [b, m, d]
+        rows += [[m, b, c], [m, a, d]]
+        added += [origin[one], origin[two]]
+    return np.r_[points, middles], np.array(rows, np.int64), np.r_[origin, added]
