@@ -168,8 +168,10 @@ double automatic_step(double largest, const State& state, Engines& engines) {
     const StepError error = engines.error->at(engines.team, state.cloth.v, largest);
     h = largest * length_factor(error, expected_in_steps * tolerated_error(engines), engines);
   }
-  h = std::min(h, length_by_drag(state.time, state, engines));
-  return std::clamp(h, largest / StepPart::whole, largest);
+  h = std::clamp(h, largest / StepPart::whole, largest);
+  // Drag that exceeds its tolerance is unstable, so it may shorten the step further.
+  const double least = largest / (StepPart::whole * StepPart::whole);
+  return std::clamp(length_by_drag(state.time, state, engines), least, h);
 }
 
 void expect_step(double largest, const SteppedState& start, double h, const NearContacts& near,

@@ -32,7 +32,8 @@ int expected_part(const StepContext& part, const State& state, Engines& engines)
 void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
                  ClothState& cloth);
 
-// Returns the length of the next automatic step, between `largest` / 64 and `largest` [s].
+// Returns the length of the next automatic step, between `largest` / 64 and `largest` [s]. Drag can
+// shorten it to `largest` / 4096.
 double automatic_step(double largest, const State& state, Engines& engines);
 
 // After an automatic step of length h [s] from `start`, limits the length of the next one by the
