@@ -8,10 +8,14 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
   if (air.gust == 0.0) return air.wind;
   const double speed = air.wind.norm();
   if (speed == 0.0) return air.wind;
-  const double s = air.wind.dot(place) / speed;  // coordinate along the wind [m]
+  // Coordinates of the place along the wind, across it and horizontal, and across both [m].
+  const Vec3 along = air.wind / speed;
+  const bool vertical = along.head<2>().norm() < 1e-6;
+  const Vec3 across = vertical ? Vec3(Vec3::UnitY()) : Vec3::UnitZ().cross(along).normalized();
+  const double s = along.dot(place), p = across.dot(place), q = along.cross(across).dot(place);
   const double waves = 0.5 * std::sin(2.3 * time - 3.1 * s) +
-                       0.3 * std::sin(5.1 * time - 4.7 * s + 1.7 * place.z()) +
-                       0.2 * std::sin(9.7 * time - 7.9 * s + 2.9 * place.y());
+                       0.3 * std::sin(5.1 * time - 4.7 * s + 1.7 * q) +
+                       0.2 * std::sin(9.7 * time - 7.9 * s + 2.9 * p);
   return air.wind * (1.0 + air.gust * waves);
 }
 

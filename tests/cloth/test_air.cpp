@@ -87,3 +87,26 @@ TEST_CASE("gusts change the wind's speed by at most their share") {
     CHECK(speed <= 4.5);
   }
 }
+
+TEST_CASE("gusts turn with the wind about the vertical axis") {
+  const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3::UnitZ()).toRotationMatrix();
+  Air air, turned;
+  air.wind = Vec3(3, -1, 0.5), turned.wind = turn * air.wind;
+  air.gust = turned.gust = 0.5;
+  for (double t = 0; t < 5; t += 0.1) {
+    const Vec3 place(0.3 * t, 0.2, 0.7 - 0.1 * t);
+    CHECK((wind_at(turned, turn * place, t) - turn * wind_at(air, place, t)).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("gusts along every axis vary across the wind") {
+  for (int axis = 0; axis < 3; ++axis) {
+    Air air;
+    air.wind = 3.0 * Vec3::Unit(axis), air.gust = 0.5;
+    for (int other = 0; other < 3; ++other) {
+      if (other == axis) continue;
+      const Vec3 here = wind_at(air, Vec3::Zero(), 1.0);
+      CHECK((wind_at(air, 0.4 * Vec3::Unit(other), 1.0) - here).norm() > 0.01);
+    }
+  }
+}
