@@ -8,6 +8,7 @@
 
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/panel_wrench.h"
+#include "core/magnetics/sources/sphere_series.h"
 
 namespace loomstone {
 
@@ -88,6 +89,17 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
   return result;
 }
 
+// Returns the truncated_share() of the force between a sphere with induced charge and another body
+// [1]. It is 0 for two such spheres: their charges are smoother than those beside a magnet, and the
+// errors of their charges suffice.
+double omitted_share(const MagneticBody& sphere, const MagneticBody& by) {
+  if (by.source->series_end().degree > 0) return 0.0;
+  const SeriesEnd end = sphere.source->series_end();
+  const double distance = distance_to_source(by, sphere.pose.position);
+  return truncated_share(
+      {end.degree, std::max(end.decay, sphere_decay(sphere.source->radius(), distance))});
+}
+
 // Returns the estimated error of the force on an induced body, or of the torque about `centre`
 // divided by `radius` if that is larger [N]. Returns NaN if the errors of the charge are unknown.
 double error_on_induced(const MagneticBody& induced, const MagneticBody& by, const Vec3& centre,
@@ -97,7 +109,8 @@ double error_on_induced(const MagneticBody& induced, const MagneticBody& by, con
   const auto larger = [&](int k) {
     return std::max(on[k].force.norm(), on[k].torque.norm() / radius);
   };
-  if (induced.source->spherical()) return larger(1);
+  if (induced.source->spherical())
+    return std::max(larger(1), omitted_share(induced, by) * larger(0));
   const double estimate = calibrated(larger(1), larger(0), relative_gap(induced, by));
   return by.source->induced() ? mutual_factor(induced, by) * estimate : estimate;
 }

@@ -29,7 +29,7 @@ struct Judged {
 // the integrand at the three points, integrated over the other direction. The rule is exact up to
 // degree 5, so its error is about the Legendre coefficient of degree 6. This coefficient is
 // estimated from that of degree 2 and the largest one by assuming geometric decay.
-double rule_error(const Vec3* sums) {
+double panel_rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < order; ++degree) {
@@ -60,8 +60,8 @@ Judged judge(const Vec3& direction, const double* areas, const double* field, do
       judged.size += areas[at] * normal[at] * normal[at];
     }
   }
-  judged.error[0] = rule_error(along_u);
-  judged.error[1] = rule_error(along_v);
+  judged.error[0] = panel_rule_error(along_u);
+  judged.error[1] = panel_rule_error(along_v);
   return judged;
 }
 

@@ -9,35 +9,13 @@
 #include "core/magnetics/induction/coupled_response.h"
 #include "core/magnetics/induction/gmres.h"
 #include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/sphere_series.h"
 
 namespace loomstone {
 
 namespace {
 
 constexpr int most_rounds = 50;
-
-// Returns the distance [m] of a point from a body. If the source has dipoles, this is the distance
-// from the nearest one. Otherwise, it is the distance from the surface of a solid source, negative
-// inside, or from the nearest sampled point of a current. A uniformly magnetised sphere counts as
-// the dipole at its centre.
-double distance_to(const MagneticBody& body, const Vec3& point) {
-  const Vec3 local = in_axes(body.pose, point);
-  double nearest = std::numeric_limits<double>::infinity();
-  if (const DipoleSet* set = body.source->dipoles()) {
-    for (Eigen::Index i = 0; i < set->positions().rows(); ++i)
-      nearest = std::min(nearest, (set->positions().row(i).transpose() - local).norm());
-    return nearest;
-  }
-  if (body.source->box()) return -body.source->depth(local);
-  constexpr int parts = 16;
-  for (const Panel& panel : body.source->panels()) {
-    for (int i = 0; i <= parts; ++i)
-      for (int k = 0; k <= (panel.line() ? 0 : parts); ++k)
-        nearest = std::min(
-            nearest, (panel.at(double(i) / parts, double(k) / parts).position - local).norm());
-  }
-  return nearest;
-}
 
 // Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
 // rotates the z axes of pairs of spheres onto their line of centres, because translations along z
@@ -61,19 +39,20 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     const double radius = soft[i].shape->radius();
     int degree = 2;
     for (const MagneticBody& body : hard)
-      degree = std::max(degree,
-                        sphere_degree(radius, distance_to(body, soft[i].pose.position), tolerance));
+      degree = std::max(
+          degree, degree_of(sphere_decay(radius, distance_to_source(body, soft[i].pose.position)),
+                            tolerance));
     for (std::size_t k = 0; k < soft.size(); ++k) {
       if (k == i) continue;
       const double distance = (soft[k].pose.position - soft[i].pose.position).norm();
       if (degrees[k] >= 0) {
-        degree =
-            std::max(degree, sphere_degree(radius, soft[k].shape->radius(), distance, tolerance));
+        degree = std::max(
+            degree, degree_of(sphere_decay(radius, soft[k].shape->radius(), distance), tolerance));
         if (i < k) pairs.push_back({(distance - radius - soft[k].shape->radius()) / radius, i, k});
       } else {
         const double away =
-            distance_to({soft[k].shape->solid(), soft[k].pose}, soft[i].pose.position);
-        degree = std::max(degree, sphere_degree(radius, away, tolerance));
+            distance_to_source({soft[k].shape->solid(), soft[k].pose}, soft[i].pose.position);
+        degree = std::max(degree, degree_of(sphere_decay(radius, away), tolerance));
       }
     }
     if (degrees[i] == 0)

@@ -19,9 +19,9 @@ namespace {
 // sphere of degree 1 at 2.8 radii from a magnet is 2e-4.
 constexpr int least_of_samples = 5;
 
-class SoftSphere final : public SoftShape {
+class SphereOfHarmonics final : public SoftShape {
  public:
-  SoftSphere(double radius, double susceptibility, int degree)
+  SphereOfHarmonics(double radius, double susceptibility, int degree)
       : radius_(radius),
         susceptibility_(susceptibility),
         degree_(degree),
@@ -64,7 +64,7 @@ class SoftSphere final : public SoftShape {
   SourcePtr solid() const override { return std::make_shared<Sphere>(radius_, Vec3(0, 0, 1)); }
   double susceptibility() const override { return susceptibility_; }
   SoftShapePtr with_susceptibility(double susceptibility) const override {
-    return std::make_shared<SoftSphere>(radius_, susceptibility, degree_);
+    return std::make_shared<SphereOfHarmonics>(radius_, susceptibility, degree_);
   }
   int sphere_degree() const override { return degree_; }
   SourceRecipe recipe() const override {
@@ -104,30 +104,7 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
   if (degree < 0 || degree > SphericalHarmonics::most)
     fail<InvalidInput>("degree must be between 0 (automatic) and {}, got {}",
                        SphericalHarmonics::most, degree);
-  return std::make_shared<SoftSphere>(radius, susceptibility, degree);
-}
-
-// Returns the degree at which the force between a dipole and a sphere has about the relative error
-// `tolerance`. Terms of degree l of this force decay as l^4 exp(-x l); the callers below determine
-// x. The relative error of truncation at degree d is about (x d)^4 exp(-x d) / 24.
-static int degree_of(double x, double tolerance) {
-  double y = -std::log(tolerance);
-  for (int i = 0; i < 20; ++i)
-    y = -std::log(tolerance) + 4.0 * std::log(std::max(y, 3.0)) - std::log(24.0);
-  return static_cast<int>(std::min<double>(std::ceil(y / x) + 2.0, SphericalHarmonics::most));
-}
-
-int sphere_degree(double radius, double distance, double tolerance) {
-  return degree_of(std::max(2.0 * std::log(distance / radius), 1e-3), tolerance);
-}
-
-int sphere_degree(double radius, double other, double distance, double tolerance) {
-  // Repeated images accumulate at the distance radius exp(-eta) from the centre of this sphere,
-  // where eta = acosh(cosine) is the bispherical coordinate of its surface. Terms of degree l
-  // therefore decay as exp(-2 eta l).
-  const double cosine =
-      (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
-  return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);
+  return std::make_shared<SphereOfHarmonics>(radius, susceptibility, degree);
 }
 
 }  // namespace loomstone

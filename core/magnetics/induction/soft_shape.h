@@ -64,14 +64,6 @@ void check_susceptibility(double susceptibility);
 // Returns a sphere. `degree` is the degree of the solid harmonics. If it is 0, induce() chooses the
 // degree from the distances to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
-// Returns the degree of the solid harmonics (at most SphericalHarmonics::most) at which the force
-// on a sphere has about the relative error `tolerance`. The nearest source is at `distance` from
-// the sphere's centre.
-int sphere_degree(double radius, double distance, double tolerance);
-// Returns the degree of the solid harmonics at which the force on a sphere has about the relative
-// error `tolerance` if the nearest source is another soft sphere of radius `other_radius`.
-// `distance` is the distance between the centres of the two spheres.
-int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
 // finest grid has `cells` panels along the shortest edge (see check_cells()) and at least as many

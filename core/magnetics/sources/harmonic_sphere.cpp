@@ -225,6 +225,20 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
+// The field of a dipole on an axis through the centre gives coefficients proportional to (l + 1)
+// exp(-x l / 2). Degrees near the last one are not used: because the field is sampled, terms beyond
+// the last degree d change the coefficients of degree l by those of the degree 2 d + 2 - l.
+SeriesEnd HarmonicSphere::series_end() const {
+  const int last = series_->degree(), high = std::max(2, last / 2), low = std::max(1, last / 4);
+  if (last < 2) return {last, 0.0};
+  const auto squared = [&](int l) {
+    return coefficients_.segment(SphericalHarmonics::slot(l, 0), 2 * (l + 1)).squaredNorm() /
+           std::pow(l + 1.0, 2);
+  };
+  if (!(squared(low) > 0.0 && squared(high) > 0.0)) return {last, 0.0};
+  return {last, std::log(squared(low) / squared(high)) / (high - low)};
+}
+
 // The error is the sum of a geometric series that continues the terms of the charge, multiplied by
 // the highest degree (an empirical factor). The sum is the last term times r / (1 - r). The ratio r
 // is the squared norm of the coefficients of the last degree divided by that of the degree before

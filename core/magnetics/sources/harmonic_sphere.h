@@ -26,6 +26,7 @@ class HarmonicSphere final : public Source {
   }
   double depth(const Vec3& point) const override { return radius_ - point.norm(); }
   bool spherical() const override { return true; }
+  SeriesEnd series_end() const override;
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
   // Returns the estimated error due to the terms beyond the degree of the series, as charges at the

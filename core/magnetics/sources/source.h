@@ -50,6 +50,12 @@ struct UniformCylinder {
   double radius, inner_radius;  // [m]; inner_radius is 0 for a cylinder
 };
 
+// End of a series of solid harmonics.
+struct SeriesEnd {
+  int degree = 0;      // 0: no series
+  double decay = 0.0;  // number x such that its last terms decay as exp(-x l) with the degree l
+};
+
 class Source {
  public:
   virtual ~Source() = default;
@@ -83,6 +89,9 @@ class Source {
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
+  // Returns where the series of solid harmonics ends that describes the induced charge of a sphere.
+  // All other sources have no such series.
+  virtual SeriesEnd series_end() const { return {}; }
   // Returns false for an open current path.
   virtual bool steady() const { return true; }
   // Returns the panels that carry magnetic charge or current. Spheres, dipoles, magnets divided

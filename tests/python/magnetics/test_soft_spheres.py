@@ -63,6 +63,33 @@ def test_the_error_of_a_force_between_a_dipole_and_iron_is_finite_and_that_of_it
         assert np.array_equal(m.forces([dipole, iron]).errors, [on, on])
 
 
+def exact_force(radius, distance, moment, susceptibility):
+    """Attraction [N] of a sphere and a dipole that points to its centre, by solid harmonics."""
+    degree = np.arange(1, 100_000)
+    response = degree * susceptibility / (degree * (susceptibility + 2) + 1)
+    powers = np.exp((2 * degree + 1) * np.log(radius) - (2 * degree + 5) * np.log(distance))
+    terms = response * (degree + 1.0) ** 2 * (2 * degree + 4) * powers
+    return m.MU0 * moment**2 / (8 * np.pi) * terms.sum()
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.1, 0.02, 0.01, 0.005])
+@pytest.mark.parametrize("gap", [0.05, 1.0])
+def test_the_error_of_the_force_between_a_large_sphere_and_a_small_magnet_covers_the_truth(
+    ratio, gap
+):
+    small = ratio * RADIUS
+    distance = RADIUS + (1 + gap) * small
+    magnet = m.sphere(radius=small, polarization=(0, 0, 1.2)).moved((0, 0, distance))
+    iron = m.soft_sphere(radius=RADIUS, susceptibility=1000.0)
+    found = m.force(on=magnet, by=m.induce(iron, by=magnet).bodies[0])
+    moment = 1.2 / m.MU0 * 4 / 3 * np.pi * small**3
+    exact = exact_force(RADIUS, distance, moment, 1000.0)
+    wrong = abs(-found.force[2] - exact)
+    assert 0.5 * wrong < found.error < 5 * wrong
+    # Between 0.02 and 0.1, the series has the degree that the tolerance asks for.
+    assert ratio < 0.05 or wrong < 1e-5 * exact
+
+
 def test_bad_arguments_of_figures_and_cells_are_named(tmp_path):
     cube = m.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1))
     plain = m.cuboid(size=(0.01,) * 3, polarization=(0, 0, 0))

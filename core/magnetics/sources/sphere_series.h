@@ -1,0 +1,28 @@
+// Convergence of the solid harmonics that describe the response of a sphere to nearby sources.
+#pragma once
+
+#include "core/magnetics/sources/body.h"
+
+namespace loomstone {
+
+// Returns the distance [m] of a point from a body. If the source has dipoles, this is the distance
+// from the nearest one. Otherwise, it is the distance from the surface of a solid source, negative
+// inside, or from the nearest sampled point of a current. A uniformly magnetised sphere counts as
+// the dipole at its centre.
+double distance_to_source(const MagneticBody& body, const Vec3& point);
+
+// Each of the next two functions returns a number x such that terms of degree l of the force on a
+// sphere decay as exp(-x l). The nearest source is at `distance` [m] from the sphere's centre, or
+// it is a sphere with induced charge of radius `other` [m], whose centre is at this distance.
+double sphere_decay(double radius, double distance);
+double sphere_decay(double radius, double other, double distance);
+
+// Returns the degree at which the force has about the relative error `tolerance`, at most
+// SphericalHarmonics::most.
+int degree_of(double decay, double tolerance);
+
+// Returns an estimate of the error of the force between a sphere and a dipole due to the end of the
+// series, relative to the force that the series gives [1].
+double truncated_share(const SeriesEnd& end);
+
+}  // namespace loomstone
