@@ -6,6 +6,7 @@ accepted, and Pint is not imported here.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,13 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
         return tuple(plain) if isinstance(value, tuple) else plain
     if not hasattr(value, "dimensionality"):
         return value
+    wanted = "dimensionless" if unit == "1" else unit
     try:
-        return value.to("dimensionless" if unit == "1" else unit).magnitude
+        return value.to(wanted).magnitude
     except Exception:  # Pint is not imported, so its exceptions cannot be named
+        if any(power % 1 for power in value.dimensionality.values()):
+            with suppress(Exception):  # gauss and oersted of another registry
+                return value.to(wanted, "Gaussian").magnitude
         raise InvalidInput(
             f"{where} must be {_wanted(unit)}: {_shown(value)} has the dimension {_named(value)}"
         ) from None

@@ -1,4 +1,4 @@
-"""`loomstone.units`: the units of Pint and of the textile industry.
+"""`loomstone.units`: the units of Pint, of the textile industry and of data sheets of magnets.
 
 >>> import loomstone as ls
 >>> weight = 5.5 * ls.units["oz/yd^2"]
@@ -6,6 +6,8 @@
 186.5
 >>> ls.ClothMaterial(density=weight).density == weight.to("kg/m^2").magnitude
 True
+>>> print(f"{(12 * ls.units['kG']).to('T').magnitude:.1f}")
+1.2
 """
 
 from __future__ import annotations
@@ -24,10 +26,18 @@ _OF_TEXTILES = (
     "cotton_count = 840 * yard / pound = Nec",
     "metric_count = kilometer / kilogram = Nmc",
 )
+# In Pint, these units have fractional dimensions and do not convert to units of the SI.
+_OF_MAGNETS = (
+    "gauss = 1e-4 * tesla = G",
+    "oersted = 250 / pi * ampere / meter = Oe",
+    "maxwell = 1e-8 * weber = Mx",
+)
 
 
 class Units(pint.UnitRegistry[Any]):
     """A Pint registry with the units of textiles, such as gsm, tex, denier and gf/cm.
+
+    The gauss, the oersted and the maxwell are 1e-4 T, 1000/(4 pi) A/m and 1e-8 Wb.
 
     units["gf cm^2/cm"] is the quantity 1 gf cm^2/cm, which can be multiplied by a number or an
     array. Classes and functions of loomstone accept quantities of this or any other Pint registry
@@ -74,8 +84,9 @@ def _ambiguous(unit: str) -> bool:
     return bool(re.search(r"[^\s*·⋅/]\s*[\s*·⋅]\s*[^\s*·⋅/]", after))
 
 
-units = Units()
+units = Units(on_redefinition="ignore")
 units.define("@alias degree = degrees")
-for _definition in _OF_TEXTILES:
+for _definition in _OF_TEXTILES + _OF_MAGNETS:
     units.define(_definition)
+units._build_cache()  # Pint keeps the first definition of a unit in its cache
 units.formatter.default_format = "~"

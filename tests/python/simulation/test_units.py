@@ -31,6 +31,12 @@ units = ls.units
         ("1/cm", "1/m", 100.0),
         ("cN/tex", "N m/kg", 1e4),
         ("Pa m", "N/m", 1.0),
+        ("kG", "T", 0.1),
+        ("gauss", "T", 1e-4),
+        ("Oe", "A/m", 1000 / (4 * math.pi)),
+        ("kOe", "A/m", 1e6 / (4 * math.pi)),
+        ("MG Oe", "kJ/m^3", 100 / (4 * math.pi)),
+        ("maxwell", "Wb", 1e-8),
     ],
 )
 def test_a_unit_is_what_its_definition_says_and_the_way_back_is_its_inverse(unit, si, value):
@@ -226,3 +232,13 @@ def test_a_text_in_place_of_a_duration_is_refused_in_one_sentence(tmp_path):
         sim.run(out=tmp_path / "run", duration="1")
     with pytest.raises(ls.InvalidInput, match="rate must be a number, got None"):
         next(sim.frames(duration=0.04, rate=None))
+
+
+def test_gauss_and_oersted_are_accepted_from_any_registry():
+    for registry, accuracy in ((units, 1e-15), (pint.UnitRegistry(), 1e-9)):
+        polarization = (0.0, 0.0, 12_000.0) * registry.gauss
+        ball = ls.magnetics.sphere(radius=0.01, polarization=polarization)
+        plain = ls.magnetics.sphere(radius=0.01, polarization=(0.0, 0.0, 1.2))
+        assert ball.moment[2] == pytest.approx(plain.moment[2], rel=accuracy)
+    with pytest.raises(ls.InvalidInput, match="polarization must be in T"):
+        ls.magnetics.sphere(radius=0.01, polarization=(0.0, 0.0, 1.0) * units.oersted)
