@@ -26,6 +26,7 @@ from .magnet_record import magnets_to_record
 from .observer import Observer, Silence
 from .options import RunOptions
 from .signals import LONGEST_WAIT, Interrupted, Received, noted_signals
+from .stored_scene import digest_of
 from .writer import NoWriter, open_writer
 
 __all__ = ["execute"]
@@ -137,9 +138,14 @@ def _end_of(simulation: Any) -> dict[str, Any]:
 def _metadata_text(simulation: Any, options: RunOptions, metadata: dict[str, Any]) -> str:
     """Returns the metadata as JSON, with options that a resumed run keeps.
 
-    The magnets of the scene are included, for drawing field lines.
+    The magnets of the scene are included, for drawing field lines, and a digest of the scene and of
+    the integrator, by which the pictures of another run are recognised.
     """
-    kept = {"record_tasks": options.record_tasks, "decomposition": simulation.decomposition}
+    kept = {
+        "record_tasks": options.record_tasks,
+        "decomposition": simulation.decomposition,
+        "scene_digest": digest_of(simulation.scene, simulation.integrator),
+    }
     magnets = magnets_to_record(simulation.scene)
     return json.dumps(metadata | kept | ({"magnetic_scene": magnets} if magnets else {}))
 

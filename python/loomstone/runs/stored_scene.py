@@ -7,6 +7,7 @@ sources of loomstone are made from it.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +20,14 @@ from .. import _core
 from .._core import CacheError, MagneticBody, Scene, SoftBody, TriangleMesh
 from .checkpoints import checkpoint_files
 
-__all__ = ["STORED_SCENE", "StoredScene", "begun_in_python", "read_scene", "write_scene"]
+__all__ = [
+    "STORED_SCENE",
+    "StoredScene",
+    "begun_in_python",
+    "digest_of",
+    "read_scene",
+    "write_scene",
+]
 
 STORED_SCENE = "scene.npz"
 
@@ -72,6 +80,16 @@ def write_scene(directory: Path, scene: Scene) -> None:
     with unfinished.open("wb") as file:
         np.savez(file, scene=np.array(text), **arrays)  # type: ignore[arg-type]
     unfinished.replace(path)
+
+
+def digest_of(*described: Any) -> str:
+    """Returns a digest of scenes and other descriptions, equal for equal contents."""
+    arrays: Arrays = {}
+    hashed = hashlib.sha256(json.dumps(_encoded(described, arrays)).encode())
+    for array in arrays.values():
+        hashed.update(str((array.dtype, array.shape)).encode())
+        hashed.update(np.ascontiguousarray(array).tobytes())
+    return hashed.hexdigest()[:16]
 
 
 def read_scene(directory: Path) -> Scene:

@@ -174,6 +174,21 @@ def test_pictures_of_unknown_origin_are_not_touched(copied):
     assert code == 1 and "pictures of another run" in said and len(pictures(copied / "frames")) == 5
 
 
+def test_pictures_of_a_run_of_another_scene_with_the_same_options_are_not_kept(tmp_path):
+    def simulated(name, density):
+        mesh = ls.grid(size=(0.2, 0.2), cells=(2, 2))
+        sheet = ls.Cloth(mesh=mesh, material=ls.ClothMaterial(density=density), pins=[0])
+        simulate(ls.Scene(cloths=[sheet]), tmp_path / name, duration=0.08)
+        return tmp_path / name
+
+    light, heavy, again = simulated("light", 0.1), simulated("heavy", 0.3), simulated("light2", 0.1)
+    shown = ("--width", 64, "--out", tmp_path / "pictures")
+    assert render(light, *shown)[0] == 0
+    assert render(again, *shown)[0] == 0, "the same run, simulated again"
+    code, said = render(heavy, *shown)
+    assert code == 1 and "pictures of another run" in said
+
+
 def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alone(
     scene, drawn, tmp_path
 ):
