@@ -30,9 +30,11 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
         )
     unfinished = target.with_name("unfinished-" + target.name)
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-framerate", str(rate)]
+    # Run in the directory, whose name may contain a % or a colon. With "file:", ffmpeg takes the
+    # rest as a path.
     command += [
         "-i",
-        str(directory / "frame-%05d.png"),
+        "frame-%05d.png",
         "-frames:v",
         str(frames),
         "-c:v",
@@ -40,8 +42,14 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
         "-pix_fmt",
         "yuv420p",
     ]
-    command += ["-crf", "18", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", str(unfinished)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    command += [
+        "-crf",
+        "18",
+        "-vf",
+        "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+        f"file:{unfinished.resolve()}",
+    ]
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise CacheError(
             f"{target}: ffmpeg could not make the video: {done.stderr.strip()[-500:]}; the pictures"

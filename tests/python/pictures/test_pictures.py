@@ -156,6 +156,14 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     assert len(pictures(copied / "frames")) == 7 and shapes == {(54, 64, 3)}
 
 
+@pytest.mark.parametrize("name", ["100 %d", "12:30", "%05d"])
+def test_a_directory_with_a_special_name_gets_a_video(drawn, tmp_path, name):
+    shutil.copytree(drawn, tmp_path / name)
+    code, said = render(tmp_path / name, "--width", 64, "--out", tmp_path / name / "small")
+    assert code == 0, said
+    assert (tmp_path / name / "small" / "video.mp4").stat().st_size > 0
+
+
 def test_a_video_of_unknown_origin_is_not_replaced(copied, tmp_path):
     (tmp_path / "video.mp4").write_bytes(b"a film")
     code, said = render(copied, "--width", 64, "--out", tmp_path)
