@@ -60,7 +60,8 @@ class Run:
             raise CacheError(
                 f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run"
             )
-        self._path = str(path)
+        # Absolute, so that the run can still be read after a change of the working directory.
+        self._path = os.path.abspath(path)
         self._file: FrameReader | None = FrameReader(self._path)
         # Arrays of a FrameReader keep its files open, so what outlives close() is a copy.
         self._topology: FrameTopology | None = None
@@ -138,9 +139,14 @@ class Run:
         return Stacked(self, "body_vertices")
 
     @property
+    def _absolute_directory(self) -> Path:
+        path = Path(self._path)
+        return path if path.is_dir() else path.parent
+
+    @property
     def steps(self) -> dict[str, NDArray[Any]]:
         """Columns of steps.csv by name, with one entry per step, in SI units."""
-        return read_steps(self.directory)
+        return read_steps(self._absolute_directory)
 
     @property
     def topology(self) -> FrameTopology:
@@ -188,7 +194,7 @@ class Run:
         """
         if "scene_file" in self.metadata:
             return SceneFile.of_run(self, trust=trust).scene()
-        return read_scene(self.directory)
+        return read_scene(self._absolute_directory)
 
     def magnetic_scene(self) -> Scene | None:
         """Returns a Scene of the bodies, obstacles, magnets, coils, bearings and uniform field.

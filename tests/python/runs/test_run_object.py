@@ -1,6 +1,7 @@
 """Run: stacked arrays of frames, steps as a table, and closing of files."""
 
 import os
+import pickle
 
 import loomstone as ls
 import numpy as np
@@ -44,6 +45,16 @@ def test_a_stacked_array_reads_only_the_frames_that_are_asked_for(run, monkeypat
     monkeypatch.setattr(ls.Run, "__getitem__", noted)
     run.positions[1:3]
     assert read == [1, 2]
+
+
+def test_a_run_is_read_after_a_change_of_the_working_directory(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    opened = ls.Run("run")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    again = pickle.loads(pickle.dumps(opened))
+    for each in (opened, again):
+        assert len(each.steps["time"]) == 30 and each[3].positions.shape == (121, 3)
 
 
 def test_steps_are_columns_of_numbers(run):
