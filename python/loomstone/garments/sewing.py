@@ -128,7 +128,8 @@ def garment(
     triangles : total number of triangles, as an alternative to `edge`; the result may differ from
         it slightly
     edge : mean edge length of the mesh [m]. Angles of triangles usually exceed 25 degrees if no
-        panel is narrower than this length and no corner of an outline is below 55 degrees.
+        panel is narrower than this length and no corner of an outline is below 55 degrees. They are
+        smaller where two sewn edges meet in a sharp corner, as at the tip of a cone.
     ease : largest difference in length of two sewn edges, relative to the longer one [1]
     seed : seed of the interior points; equal input gives an equal garment
     relax : number of iterations that bring triangles closer to their rest shapes. With 0, joined
