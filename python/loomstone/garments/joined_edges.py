@@ -1,10 +1,13 @@
-"""Removes mesh edges inside panels that seams would join to another edge, as at corners of bags.
+"""Corrects meshes of panels whose triangles would coincide after sewing, as at corners of bags.
 
 Where two sewn edges of a panel meet, a triangle may have both as sides. Its third side then has
-both ends on seams. If the other panel has such a triangle too, the seams join the two third sides,
-and the triangles lie on each other. At the tip of a cone, the seam joins the ends of the third
-side. An edge flip, which replaces the common side of two triangles by the other diagonal of their
-quadrilateral, usually helps. Where it does not, a new vertex splits the edge.
+both ends on seams. If the other panel has such a triangle too, sewing makes one edge of the two
+third sides, and the triangles lie on each other. At the tip of a cone, the ends of the third side
+become one vertex. An edge flip, which replaces the common side of two triangles by the other
+diagonal of their quadrilateral, usually helps. Where it does not, a new vertex splits the edge.
+
+Edges inside two panels may also cross, if both have both ends on the same seams. A new vertex then
+splits one of them.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,10 +49,10 @@ class Separated:
 
 
 def without_joined_edges(points: Floats, triangles: Indices, welded: Indices) -> Separated:
-    """Flips or splits edges inside panels that the seams would join.
+    """Flips or splits edges inside panels that would coincide with other edges or cross them.
 
-    These are edges whose ends are joined to each other, or to the ends of another edge. Does
-    nothing if the ends of a boundary edge are joined. Welding the panels then fails.
+    An edge coincides with another if the seams join their ends. Does nothing if the seams join the
+    two ends of a boundary edge, because welding the panels then fails in any case.
 
     points : (n x 2) vertices of all panels, each in its plane [m]
     triangles : (m x 3) counter-clockwise
@@ -60,16 +64,17 @@ def without_joined_edges(points: Floats, triangles: Indices, welded: Indices) ->
         sides = _sides(triangles)
         groups = _groups(sides, welded)
         joined = _joined_edges(sides, groups)
+        crossing = [] if joined else _crossing_edges(sides, welded)
         closed = any(welded[a] == welded[b] for a, b in sides if (b, a) not in sides)
-        if closed or not joined:
+        if closed or not (joined or crossing):
             break
-        useful = partial(_stays_alone, groups=groups, welded=welded)
+        useful = partial(_is_new, groups=groups, welded=welded)
         flips = _flips(points, sides, joined, useful)
         for one, two, new in flips:
             triangles[one], triangles[two] = new
         if flips:
             continue
-        edges = [max(edges, key=lambda e: _length(points, e)) for edges in joined]
+        edges = [max(edges, key=lambda e: _length(points, e)) for edges in joined + crossing]
         points, triangles, origin = _split(points, triangles, origin, sides, edges)
         welded = np.r_[welded, welded.max() + 1 + np.arange(len(points) - len(welded))]
         improve(points, triangles, given)
@@ -104,9 +109,9 @@ def _groups(sides: Sides, welded: Indices) -> dict[Edge, list[Edge]]:
 
 
 def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edge]]:
-    """Returns, for each edge that would be joined, the edges inside panels that become this edge.
+    """Returns groups of edges inside panels that would coincide, also with boundary edges.
 
-    A seam joins two boundary edges, which is intended. Edges inside panels must stay alone.
+    The group of an edge whose own ends are joined contains this edge only.
     """
     result = []
     for ends, edges in groups.items():
@@ -116,7 +121,51 @@ def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edg
     return result
 
 
-def _stays_alone(edge: Edge, groups: dict[Edge, list[Edge]], welded: Indices) -> bool:
+def _boundary_places(sides: Sides) -> dict[int, tuple[int, int]]:
+    """Returns, for each boundary vertex, the index of its loop and its place along the loop."""
+    following = {a: b for a, b in sides if (b, a) not in sides}
+    places: dict[int, tuple[int, int]] = {}
+    for loop, start in enumerate(following):
+        vertex = start
+        while vertex not in places:
+            places[vertex] = (loop, len(places))
+            vertex = following[vertex]
+    return places
+
+
+def _crossing_edges(sides: Sides, welded: Indices) -> list[list[Edge]]:
+    """Returns pairs of edges inside two panels that would cross.
+
+    Both edges have both ends on seams between the two panels, and the ends of one separate those of
+    the other along the boundary.
+    """
+    places = _boundary_places(sides)
+    along = {(loop, int(welded[v])): place for v, (loop, place) in places.items()}
+    chords = defaultdict(list)
+    for a, b in sides:
+        loops = {places[v][0] if v in places else -1 for v in (a, b)}
+        if a < b and (b, a) in sides and len(loops) == 1 and -1 not in loops:
+            chords[loops.pop()].append((a, b))
+    result = []
+    for loop, other in combinations(chords, 2):
+        there = [
+            (along.get((loop, int(welded[c])), -1), along.get((loop, int(welded[d])), -1), (c, d))
+            for c, d in chords[other]
+        ]
+        for a, b in chords[loop]:
+            low, high = sorted((places[a][1], places[b][1]))
+            result += [
+                [(a, b), edge]
+                for p, q, edge in there
+                if min(p, q) >= 0
+                and not {p, q} & {low, high}
+                and (low < p < high) != (low < q < high)
+            ]
+    return result
+
+
+def _is_new(edge: Edge, groups: dict[Edge, list[Edge]], welded: Indices) -> bool:
+    """Returns whether an edge would have two different ends and coincide with no other edge."""
     ends = _ends(edge, welded)
     return ends[0] != ends[1] and ends not in groups
 
@@ -124,22 +173,18 @@ def _stays_alone(edge: Edge, groups: dict[Edge, list[Edge]], welded: Indices) ->
 def _flips(
     points: Floats, sides: Sides, joined: list[list[Edge]], useful: Callable[[Edge], bool]
 ) -> list[tuple[int, int, tuple[list[int], list[int]]]]:
-    """Returns flips of joined edges: two triangles without other flips, and their replacements.
+    """Returns flips of joined edges, at most one of each triangle.
+
+    Each consists of the indices of two triangles and of the two triangles that replace them.
 
     useful : returns whether an edge is a useful replacement
     """
     chosen = []
     for edges in joined:
-        flips = [
-            _flip(points, sides, (a, b))
-            for a, b in edges
-            if useful((sides[a, b][1], sides[b, a][1]))
-        ]
-        if not flips:
-            continue
-        best = max(flips, key=lambda flip: flip[0])
-        if best[0] > LEAST_DEGREES:
-            chosen.append(best)
+        flips = [_flip(points, sides, edge) for edge in edges if useful(_diagonal(sides, edge))]
+        flips = [flip for flip in flips if flip[0] > LEAST_DEGREES]
+        if flips:
+            chosen.append(max(flips, key=lambda flip: flip[0]))
     result, taken = [], set[int]()
     for _, one, two, new in sorted(chosen, key=lambda flip: (-flip[0], flip[1])):
         if not taken & {one, two}:

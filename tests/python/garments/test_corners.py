@@ -8,12 +8,13 @@ G = ls.garments
 NAMES = ("bottom", "right", "top", "left")
 
 
+def at(height: float):
+    """A placement at a constant height [m]."""
+    return lambda points: np.c_[points, np.full(len(points), height)]
+
+
 def bag(corners, sewn, triangles: int, seed: int = 1) -> G.Garment:
     """Two equal panels, 4 cm apart, sewn along the named edges."""
-
-    def at(height: float):
-        return lambda points: np.c_[points, np.full(len(points), height)]
-
     panels = [
         G.Panel.polygon(name, corners, names=NAMES, place=at(height))
         for name, height in (("front", 0.02), ("back", -0.02))
@@ -49,6 +50,27 @@ def test_two_equal_panels_are_sewn_to_a_bag_or_cushion(corners, sewn):
             # A triangle in each of the two corners between a right angle and 55 degrees is halved.
             assert sack.min_angle_degrees() > 17
             assert abs(sack.mesh.n_triangles - triangles) <= 0.05 * triangles + 4
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(0, 0), (0.4, 0), (0.4, 0.4)],  # angles of 45 degrees
+        [(0, 0), (0.4, 0), (0.4, 0.23)],  # an angle of 30 degrees
+        [(0, 0), (0.4, 0), (0.4, 0.1), (0.1, 0.1), (0.1, 0.4), (0, 0.4)],
+    ],
+)
+def test_sharp_corners_of_a_cushion_do_not_pass_through_each_other(corners):
+    names = tuple(f"edge{k}" for k in range(len(corners)))
+    for triangles in (40, 60, 100, 150, 250):
+        for seed in (1, 2, 3, 4):
+            panels = [
+                G.Panel.polygon(name, corners, names=names, place=at(height))
+                for name, height in (("front", 0.02), ("back", -0.02))
+            ]
+            seams = [G.Seam(f"front.{edge}", f"back.{edge}", reverse=False) for edge in names]
+            cushion = ls.garment(panels, seams, triangles=triangles, seed=seed)
+            check_manifold(cushion.mesh, 0, 2)
 
 
 def cone(degrees: float, triangles: int) -> G.Garment:
