@@ -31,13 +31,15 @@ _OF_MAGNETS = (
     "gauss = 1e-4 * tesla = G",
     "oersted = 250 / pi * ampere / meter = Oe",
     "maxwell = 1e-8 * weber = Mx",
+    "gauss_oersted = gauss * oersted = GOe",
 )
 
 
 class Units(pint.UnitRegistry[Any]):
     """A Pint registry with the units of textiles, such as gsm, tex, denier and gf/cm.
 
-    The gauss, the oersted and the maxwell are 1e-4 T, 1000/(4 pi) A/m and 1e-8 Wb.
+    The gauss, the oersted and the maxwell are 1e-4 T, 1000/(4 pi) A/m and 1e-8 Wb. MGOe is the unit
+    of the energy product of magnets.
 
     units["gf cm^2/cm"] is the quantity 1 gf cm^2/cm, which can be multiplied by a number or an
     array. Classes and functions of loomstone accept quantities of this or any other Pint registry
@@ -88,5 +90,6 @@ units = Units(on_redefinition="ignore")
 units.define("@alias degree = degrees")
 for _definition in _OF_TEXTILES + _OF_MAGNETS:
     units.define(_definition)
+units._on_redefinition = "warn"  # the default of Pint
 units._build_cache()  # Pint keeps the first definition of a unit in its cache
 units.formatter.default_format = "~"

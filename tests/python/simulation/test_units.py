@@ -36,6 +36,7 @@ units = ls.units
         ("Oe", "A/m", 1000 / (4 * math.pi)),
         ("kOe", "A/m", 1e6 / (4 * math.pi)),
         ("MG Oe", "kJ/m^3", 100 / (4 * math.pi)),
+        ("MGOe", "kJ/m^3", 100 / (4 * math.pi)),
         ("maxwell", "Wb", 1e-8),
     ],
 )
