@@ -20,7 +20,8 @@ __all__ = ["Clip", "FramesOfRun", "clip_of"]
 class FramesOfRun(Protocol):
     """The interface through which exports read a run; loomstone.Run implements it."""
 
-    directory: Path
+    @property
+    def directory(self) -> Path: ...
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Frame: ...

@@ -14,7 +14,8 @@ __all__ = ["FramesOfRun", "check_frames"]
 class FramesOfRun(Protocol):
     """Interface of a run for the code that draws pictures. loomstone.Run implements it."""
 
-    directory: Path
+    @property
+    def directory(self) -> Path: ...
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Frame: ...

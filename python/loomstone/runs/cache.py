@@ -46,8 +46,6 @@ class Run:
     5321
     """
 
-    directory: Path
-
     def __init__(self, path: str | os.PathLike[str]) -> None:
         if Path(path).is_dir() and not (Path(path) / "run.vtkhdf").exists():
             refuse_sweep(path)
@@ -66,7 +64,8 @@ class Run:
         # Arrays of a FrameReader keep its files open, so what outlives close() is a copy.
         self._topology: FrameTopology | None = None
         self._times: NDArray[np.float64] | None = None
-        self.directory = Path(path) if Path(path).is_dir() else Path(path).parent
+        self._directory = Path(path) if Path(path).is_dir() else Path(path).parent
+        self._working_directory = os.getcwd()
 
     @property
     def _reader(self) -> FrameReader:
@@ -139,14 +138,16 @@ class Run:
         return Stacked(self, "body_vertices")
 
     @property
-    def _absolute_directory(self) -> Path:
-        path = Path(self._path)
-        return path if path.is_dir() else path.parent
+    def directory(self) -> Path:
+        """Directory of the run. It is absolute after a change of the working directory."""
+        if os.getcwd() == self._working_directory:
+            return self._directory
+        return Path(self._working_directory, self._directory)
 
     @property
     def steps(self) -> dict[str, NDArray[Any]]:
         """Columns of steps.csv by name, with one entry per step, in SI units."""
-        return read_steps(self._absolute_directory)
+        return read_steps(self.directory)
 
     @property
     def topology(self) -> FrameTopology:
@@ -194,7 +195,7 @@ class Run:
         """
         if "scene_file" in self.metadata:
             return SceneFile.of_run(self, trust=trust).scene()
-        return read_scene(self._absolute_directory)
+        return read_scene(self.directory)
 
     def magnetic_scene(self) -> Scene | None:
         """Returns a Scene of the bodies, obstacles, magnets, coils, bearings and uniform field.

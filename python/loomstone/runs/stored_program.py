@@ -20,7 +20,8 @@ __all__ = ["Program", "Stored", "printable", "stored_program"]
 class Stored(Protocol):
     """The parts of a Run from which its scene file can be restored."""
 
-    directory: Path
+    @property
+    def directory(self) -> Path: ...
 
     @property
     def metadata(self) -> dict[str, Any]: ...

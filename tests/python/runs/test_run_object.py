@@ -50,11 +50,13 @@ def test_a_stacked_array_reads_only_the_frames_that_are_asked_for(run, monkeypat
 def test_a_run_is_read_after_a_change_of_the_working_directory(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     opened = ls.Run("run")
+    assert str(opened.directory) == "run"
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     again = pickle.loads(pickle.dumps(opened))
     for each in (opened, again):
         assert len(each.steps["time"]) == 30 and each[3].positions.shape == (121, 3)
+        assert each.directory == run.directory
 
 
 def test_steps_are_columns_of_numbers(run):
