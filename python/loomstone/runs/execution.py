@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from .._core import CacheError, Communicator, InvalidInput
 from ..ranks import check_same, together
@@ -67,7 +68,7 @@ def execute(
         with together(ranks):
             if resume and simulation.rank == 0 and control is None and following < n_frames:
                 _check_control(directory)
-            text = None if resume else _metadata_text(simulation, options, metadata or {})
+            text = None if resume else _metadata_text(simulation, options, metadata or {}, control)
             writer = open_writer(
                 simulation, options, lock, text, overwrite=overwrite, following=following
             )
@@ -135,16 +136,23 @@ def _end_of(simulation: Any) -> dict[str, Any]:
     }
 
 
-def _metadata_text(simulation: Any, options: RunOptions, metadata: dict[str, Any]) -> str:
+def _metadata_text(
+    simulation: Any,
+    options: RunOptions,
+    metadata: dict[str, Any],
+    control: Callable[[Any], None] | None,
+) -> str:
     """Returns the metadata as JSON, with options that a resumed run keeps.
 
     The magnets of the scene are included, for drawing field lines, and a digest of the scene and of
-    the integrator, by which the pictures of another run are recognised.
+    the integrator, by which the pictures of another run are recognised. A run with a control
+    function has a random number instead, because the function may do anything.
     """
+    described = digest_of(simulation.scene, simulation.integrator)
     kept = {
         "record_tasks": options.record_tasks,
         "decomposition": simulation.decomposition,
-        "scene_digest": digest_of(simulation.scene, simulation.integrator),
+        "identity": described if control is None else uuid4().hex,
     }
     magnets = magnets_to_record(simulation.scene)
     return json.dumps(metadata | kept | ({"magnetic_scene": magnets} if magnets else {}))

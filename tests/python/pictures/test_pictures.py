@@ -156,6 +156,18 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     assert len(pictures(copied / "frames")) == 7 and shapes == {(54, 64, 3)}
 
 
+def test_pictures_of_a_run_with_another_control_function_are_not_kept(scene, tmp_path):
+    def pull(sim):
+        sim.external_forces = np.full_like(sim.positions, 1e-3)
+
+    for name, control in (("still", lambda sim: None), ("pulled", pull)):
+        simulate(scene, tmp_path / name, duration=0.08, control=control)
+    shown = ("--width", 64, "--out", tmp_path / "pictures")
+    assert render(tmp_path / "still", *shown)[0] == 0
+    code, said = render(tmp_path / "pulled", *shown)
+    assert code == 1 and "pictures of another run" in said
+
+
 @pytest.mark.parametrize("name", ["100 %d", "12:30", "%05d"])
 def test_a_directory_with_a_special_name_gets_a_video(drawn, tmp_path, name):
     shutil.copytree(drawn, tmp_path / name)
