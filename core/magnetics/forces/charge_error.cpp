@@ -8,6 +8,7 @@
 
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/panel_wrench.h"
+#include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/sphere_series.h"
 
 namespace loomstone {
@@ -89,15 +90,27 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
   return result;
 }
 
-// Returns the truncated_share() of the force between a sphere with induced charge and another body
-// [1]. It is 0 for two such spheres: their charges are smoother than those beside a magnet, and the
-// errors of their charges suffice.
-double omitted_share(const MagneticBody& sphere, const MagneticBody& by) {
+// Returns the estimated error of `force`, the force between a sphere with induced charge and
+// another body, due to the end of the sphere's series [N]. It is 0 for two such spheres, whose
+// charges are smoother than those beside a magnet.
+//
+// The decay that the coefficients show is used only if the series has converged or the user has
+// chosen a low degree. If it has not converged, even most of the force can be missing. The error is
+// then at least the force between an ideal plane and a dipole with the moment of the other body.
+double error_of_series(const MagneticBody& sphere, const MagneticBody& by, double force) {
   if (by.source->series_end().degree > 0) return 0.0;
+  constexpr double converged = 6.0;
+  constexpr int chosen = 10;  // automatic degrees are higher, except at large distances
   const SeriesEnd end = sphere.source->series_end();
-  const double distance = distance_to_source(by, sphere.pose.position);
-  return truncated_share(
-      {end.degree, std::max(end.decay, sphere_decay(sphere.source->radius(), distance))});
+  const double radius = sphere.source->radius(),
+               distance = distance_to_source(by, sphere.pose.position),
+               decay = sphere_decay(radius, distance);
+  if (end.degree < chosen || decay * end.degree > converged)
+    return force * truncated_share({end.degree, std::max(end.decay, decay)});
+  const double gap = distance - radius + (by.source->dipoles() ? 0.0 : by.source->radius());
+  const double of_plane =
+      3.0 * mu0 * by.source->moment().squaredNorm() / (32.0 * pi * std::pow(gap, 4));
+  return std::max(force * truncated_share({end.degree, decay}), of_plane);
 }
 
 // Returns the estimated error of the force on an induced body, or of the torque about `centre`
@@ -110,7 +123,7 @@ double error_on_induced(const MagneticBody& induced, const MagneticBody& by, con
     return std::max(on[k].force.norm(), on[k].torque.norm() / radius);
   };
   if (induced.source->spherical())
-    return std::max(larger(1), omitted_share(induced, by) * larger(0));
+    return std::max(larger(1), error_of_series(induced, by, larger(0)));
   const double estimate = calibrated(larger(1), larger(0), relative_gap(induced, by));
   return by.source->induced() ? mutual_factor(induced, by) * estimate : estimate;
 }

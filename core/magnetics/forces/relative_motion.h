@@ -26,8 +26,8 @@ struct MovingMagnets {
 // is the relative velocity of two of their dipoles, divided by the distance between the dipoles,
 // plus the larger of the angular velocities of the two magnets. If the distance is less than the
 // mean size of the two parts that the dipoles represent, this mean size replaces it. The angular
-// velocity of a soft sphere counts as zero. If an upper bound that takes less time is at most
-// `negligible`, returns this bound.
+// velocity of a soft sphere counts as zero. First computes a cheap upper bound, and returns it if
+// it is at most `negligible`.
 double relative_motion_rate(const Team& team, const MovingMagnets& moving, double negligible);
 
 }  // namespace loomstone

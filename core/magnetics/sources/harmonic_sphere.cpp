@@ -226,8 +226,8 @@ Vec3 HarmonicSphere::moment() const {
 }
 
 // The field of a dipole on an axis through the centre gives coefficients proportional to (l + 1)
-// exp(-x l / 2). Degrees near the last one are not used: because the field is sampled, terms beyond
-// the last degree d change the coefficients of degree l by those of the degree 2 d + 2 - l.
+// exp(-x l / 2). Degrees near the last one, d, are not used: because the field is sampled, the term
+// of degree 2 d + 2 - l adds to the coefficients of degree l.
 SeriesEnd HarmonicSphere::series_end() const {
   const int last = series_->degree(), high = std::max(2, last / 2), low = std::max(1, last / 4);
   if (last < 2) return {last, 0.0};

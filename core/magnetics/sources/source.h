@@ -89,8 +89,8 @@ class Source {
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
-  // Returns where the series of solid harmonics ends that describes the induced charge of a sphere.
-  // All other sources have no such series.
+  // Solid harmonics describe the induced charge of a sphere. Returns the end of their series; all
+  // other sources have no such series.
   virtual SeriesEnd series_end() const { return {}; }
   // Returns false for an open current path.
   virtual bool steady() const { return true; }

@@ -12,8 +12,9 @@ namespace loomstone {
 double distance_to_source(const MagneticBody& body, const Vec3& point);
 
 // Each of the next two functions returns a number x such that terms of degree l of the force on a
-// sphere decay as exp(-x l). The nearest source is at `distance` [m] from the sphere's centre, or
-// it is a sphere with induced charge of radius `other` [m], whose centre is at this distance.
+// sphere decay as exp(-x l). `distance` [m] is that of the nearest source from the sphere's centre.
+// In the second function, this source is another sphere with induced charge. `other` [m] is its
+// radius, and `distance` that of its centre.
 double sphere_decay(double radius, double distance);
 double sphere_decay(double radius, double other, double distance);
 

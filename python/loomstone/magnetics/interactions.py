@@ -67,10 +67,12 @@ def force(
     `error` [N] estimates the error of the force, or of torque / radius if that is larger. It
     exceeds the requested error if 2,000,000 evaluations of the field do not suffice. For induced
     bodies it includes the error of their charge, which is estimated for cuboids and cylinders by
-    comparing their grids, and for spheres from the last two degrees of their series. For an induced
-    body near a magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each
-    other, the estimate is between half and ten times the true error in nine of ten cases (for
-    spheres, if the degree is at least 3). It is nan for induced meshes, which have only one grid.
+    comparing their grids, and for spheres from the end of their series. For an induced body near a
+    magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each other, the
+    estimate is between half and ten times the true error in nine of ten cases (for spheres, if the
+    degree is at least 3). For spheres whose series is far too short, it is about the force of a
+    dipole near a plane. For two spheres, it can be too small. It is nan for induced meshes, which
+    have only one grid.
 
     engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
     has no effect on the result, and overlap is not detected. The error is estimated by comparison
