@@ -161,9 +161,12 @@ double SubstepFrequency::motion_rate(const Team& team, const CarrierPlaces& plac
   }
   double rate = relative_motion_rate(team, {magnets, poses, carriers, motions}, negligible);
   if (model_.field.isZero(0.0)) return rate;
-  for (std::size_t i = 0; i < magnets.size(); ++i)
-    if (!magnets[i].soft_sphere && carriers[i] < model_.n_bodies())
+  // The field exerts torques on bodies and induces voltages in coils, also in those of obstacles.
+  for (std::size_t i = 0; i < magnets.size(); ++i) {
+    const bool coil = i >= model_.magnets.size();
+    if (coil || (!magnets[i].soft_sphere && carriers[i] < model_.n_bodies()))
       rate = std::max(rate, motions[carriers[i]].spin.norm());
+  }
   return rate;
 }
 

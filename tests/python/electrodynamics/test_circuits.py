@@ -302,6 +302,20 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
     assert sim.circuit_heat == pytest.approx(0.5 * 0.3 * peak**2 * 0.1, rel=1e-3)
 
 
+def test_the_heat_of_a_generator_turned_by_script_does_not_depend_on_the_step():
+    times = np.linspace(0.0, 0.1, 401)
+    turns = np.outer(80 * np.pi * times, (1, 0, 0))  # 40 turns per second
+    for field in ((0, 0, 0.2), (0, 0.2, 0)):
+        sim = simulation(
+            scripted(scripts={"loop": dict(times=times, axis_angles=turns)}, magnetic_field=field),
+            1e-2,
+        )
+        for _ in range(10):
+            sim.step()
+        peak = TURNS * 0.2 * np.pi * RADIUS**2 * 80 * np.pi / 0.3
+        assert sim.circuit_heat == pytest.approx(0.5 * 0.3 * peak**2 * 0.1, rel=1e-3)
+
+
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
     """Axial force [N] on a linearly magnetisable ball, from a multipole series.
 
