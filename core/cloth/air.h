@@ -34,7 +34,8 @@ struct Air {
 
 // Returns the velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind
 // times (1 + gust * w), where w, between -1 and 1, is the sum of three travelling sine waves. The
-// waves turn with the wind about the z axis. They are not taken from the literature.
+// waves depend on the direction of the wind: a wind and a place that are turned about the z axis
+// have turned gusts. They are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.

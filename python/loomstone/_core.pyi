@@ -2481,7 +2481,7 @@ class Scene:
     bearings : list of Bearing: axes about which bodies turn
     magnetic_field : (3) external uniform flux density [T]
     magnetic_tolerance : largest error of the force between two magnets, relative to the largest such force [1]; in [1e-12, 0.1]; default 0.0001
-    magnetic_step : largest length of a magnetic sub-step times the angular frequency of the magnets' oscillations, and times their relative velocity divided by their distance [1]; in (0, 1]; default 0.15
+    magnetic_step : limit of two products with the length of a magnetic sub-step: with the angular frequency of the magnets' oscillations, and with the rate of their relative motion [1]; in (0, 1]; default 0.15
     air : Air: drag and wind
     limits : LimitOptions: enforcement of strain limits
     gravity : acceleration of gravity [m/s^2]
@@ -2633,7 +2633,7 @@ class Scene:
     @property
     def magnetic_step(self) -> float:
         """
-        largest length of a magnetic sub-step times the angular frequency of the magnets' oscillations, and times their relative velocity divided by their distance [1]; in (0, 1]; default 0.15
+        limit of two products with the length of a magnetic sub-step: with the angular frequency of the magnets' oscillations, and with the rate of their relative motion [1]; in (0, 1]; default 0.15
         """
     @property
     def magnetic_tolerance(self) -> float:

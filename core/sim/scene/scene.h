@@ -173,8 +173,8 @@ struct Scene {
         field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1),
               "largest error of the force between two magnets, relative to the largest such force"),
         field("magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false},
-              "largest length of a magnetic sub-step times the angular frequency of the magnets' "
-              "oscillations, and times their relative velocity divided by their distance"),
+              "limit of two products with the length of a magnetic sub-step: with the angular "
+              "frequency of the magnets' oscillations, and with the rate of their relative motion"),
         field("air", &S::air, "Air: drag and wind"),
         field("limits", &S::limits, "LimitOptions: enforcement of strain limits"),
         field("gravity", &S::gravity, "acceleration of gravity [m/s^2]"),

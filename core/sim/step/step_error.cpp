@@ -169,7 +169,7 @@ double automatic_step(double largest, const State& state, Engines& engines) {
     h = largest * length_factor(error, expected_in_steps * tolerated_error(engines), engines);
   }
   h = std::clamp(h, largest / StepPart::whole, largest);
-  // Drag that exceeds its tolerance is unstable, so it may shorten the step further.
+  // If a step is too long for drag, it is unstable. Drag may therefore shorten it further.
   const double least = largest / (StepPart::whole * StepPart::whole);
   return std::clamp(length_by_drag(state.time, state, engines), least, h);
 }
