@@ -38,8 +38,8 @@ double spin_of(const MovingMagnets& moving, Index i) {
   return moving.magnets[i].soft_sphere ? 0.0 : moving.motions[moving.carriers[i]].spin.norm();
 }
 
-// Returns an upper bound of the result of relative_motion_rate(), which assumes that all dipoles
-// are as close together and as fast as any [1/s].
+// Returns an upper bound of the result of relative_motion_rate() [1/s]: twice the largest velocity
+// of a dipole, divided by the size of the smallest part, plus the largest angular velocity.
 double upper_bound(const MovingMagnets& moving, const Dipoles& dipoles) {
   const auto& t = dipoles.table;
   const double fastest = std::sqrt(t.middleCols<3>(vx).square().rowwise().sum().maxCoeff());

@@ -61,7 +61,7 @@ int degree_of(double decay, double tolerance) {
 // fitted to true errors between 1e-8 and 0.3, of dipoles at distances of 1.005 to 2 radii. For
 // degrees from 10 on, the estimate is 0.5 to 4 times the true error.
 double truncated_share(const SeriesEnd& end) {
-  const double sampled = std::min(0.8 * (end.degree - 2), 40.0);
+  const double sampled = std::clamp(0.8 * (end.degree - 2), 0.0, 40.0);
   const auto beyond = [&](double degree) {  // share of the terms beyond a degree
     const double y = end.decay * (degree + 2.0);
     return std::exp(-y) * (1.0 + y + y * y / 2.0 + y * y * y / 6.0);
