@@ -8,8 +8,8 @@
 
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/panel_wrench.h"
+#include "core/magnetics/forces/sphere_series.h"
 #include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/sphere_series.h"
 
 namespace loomstone {
 

@@ -6,10 +6,10 @@
 
 #include "core/base/message.h"
 #include "core/magnetics/forces/cells.h"
+#include "core/magnetics/forces/sphere_series.h"
 #include "core/magnetics/induction/coupled_response.h"
 #include "core/magnetics/induction/gmres.h"
 #include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/sphere_series.h"
 
 namespace loomstone {
 

@@ -41,15 +41,14 @@ def check_manifold(mesh: ls.TriangleMesh, openings: int, euler: int) -> None:
     ],
 )
 def test_two_equal_panels_are_sewn_to_a_bag_or_cushion(corners, sewn):
-    for triangles in (60, 200, 371, 1285):
-        for seed in (1, 2):
-            sack = bag(corners, sewn, triangles, seed)
-            openings = 0 if len(sewn) == 4 else 1
-            assert len(sack.openings()) == openings
-            check_manifold(sack.mesh, openings, 2)
-            # A triangle in each of the two corners between a right angle and 55 degrees is halved.
-            assert sack.min_angle_degrees() > 17
-            assert abs(sack.mesh.n_triangles - triangles) <= 0.05 * triangles + 4
+    for triangles, seed in ((60, 1), (200, 2), (371, 1), (1285, 2)):
+        sack = bag(corners, sewn, triangles, seed)
+        openings = 0 if len(sewn) == 4 else 1
+        assert len(sack.openings()) == openings
+        check_manifold(sack.mesh, openings, 2)
+        # A triangle in each of the two corners between a right angle and 55 degrees is halved.
+        assert sack.min_angle_degrees() > 17
+        assert abs(sack.mesh.n_triangles - triangles) <= 0.05 * triangles + 4
 
 
 @pytest.mark.parametrize(
@@ -63,7 +62,7 @@ def test_two_equal_panels_are_sewn_to_a_bag_or_cushion(corners, sewn):
 def test_sharp_corners_of_a_cushion_do_not_pass_through_each_other(corners):
     names = tuple(f"edge{k}" for k in range(len(corners)))
     for triangles in (40, 60, 100, 150, 250):
-        for seed in (1, 2, 3, 4):
+        for seed in (1, 2, 3):
             panels = [
                 G.Panel.polygon(name, corners, names=names, place=at(height))
                 for name, height in (("front", 0.02), ("back", -0.02))

@@ -1,4 +1,4 @@
-#include "core/magnetics/sources/sphere_series.h"
+#include "core/magnetics/forces/sphere_series.h"
 
 #include <algorithm>
 #include <cmath>
