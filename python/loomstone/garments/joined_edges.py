@@ -60,24 +60,25 @@ def without_joined_edges(points: Floats, triangles: Indices, welded: Indices) ->
     """
     given = len(points)
     triangles, origin = triangles.copy(), np.arange(len(triangles))
+    sides = _sides(triangles)
+    if any(welded[a] == welded[b] for a, b in sides if (b, a) not in sides):
+        return Separated(points, triangles, origin)
     for _ in range(ROUNDS):
-        sides = _sides(triangles)
         groups = _groups(sides, welded)
         joined = _joined_edges(sides, groups)
         crossing = [] if joined else _crossing_edges(sides, welded)
-        closed = any(welded[a] == welded[b] for a, b in sides if (b, a) not in sides)
-        if closed or not (joined or crossing):
+        if not (joined or crossing):
             break
         useful = partial(_is_new, groups=groups, welded=welded)
         flips = _flips(points, sides, joined, useful)
         for one, two, new in flips:
             triangles[one], triangles[two] = new
-        if flips:
-            continue
-        edges = [max(edges, key=lambda e: _length(points, e)) for edges in joined + crossing]
-        points, triangles, origin = _split(points, triangles, origin, sides, edges)
-        welded = np.r_[welded, welded.max() + 1 + np.arange(len(points) - len(welded))]
-        improve(points, triangles, given)
+        if not flips:
+            edges = [max(edges, key=lambda e: _length(points, e)) for edges in joined + crossing]
+            points, triangles, origin = _split(points, triangles, origin, sides, edges)
+            welded = np.r_[welded, welded.max() + 1 + np.arange(len(points) - len(welded))]
+            improve(points, triangles, given)
+        sides = _sides(triangles)
     return Separated(points, triangles, origin)
 
 
