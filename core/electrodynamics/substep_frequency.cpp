@@ -50,6 +50,11 @@ SubstepFrequency::SubstepFrequency(const MagneticModel& model, const Magnets& ma
   for (const CarriedMagnet& magnet : model.magnets) coarse_.push_back(coarse_magnet(magnet));
   for (const CarriedCoil& wound : model.coils)
     coarse_coils_.push_back(coarse_magnet(*wound.source));
+  moving_ = coarse_;
+  for (const Index i : magnets.induced()) moving_[i].soft_sphere = all_soft_spheres();
+  moving_.insert(moving_.end(), coarse_coils_.begin(), coarse_coils_.end());
+  for (const CarriedMagnet& magnet : model.magnets) moving_carriers_.push_back(magnet.carrier);
+  for (const CarriedCoil& wound : model.coils) moving_carriers_.push_back(wound.carrier);
 }
 
 std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) const {
@@ -146,26 +151,18 @@ double SubstepFrequency::at(const Team& team, const Oscillators& now) const {
 double SubstepFrequency::motion_rate(const Team& team, const CarrierPlaces& places,
                                      const std::vector<CarrierMotion>& motions,
                                      double negligible) const {
-  std::vector<CoarseMagnet> magnets = coarse_;
   std::vector<RigidPose> poses;
-  std::vector<Index> carriers;
-  for (const Index i : magnets_.induced()) magnets[i].soft_sphere = all_soft_spheres();
-  magnets.insert(magnets.end(), coarse_coils_.begin(), coarse_coils_.end());
-  for (const CarriedMagnet& magnet : model_.magnets) {
+  for (const CarriedMagnet& magnet : model_.magnets)
     poses.push_back(places.pose(magnet.carrier, magnet.local));
-    carriers.push_back(magnet.carrier);
-  }
-  for (const CarriedCoil& wound : model_.coils) {
+  for (const CarriedCoil& wound : model_.coils)
     poses.push_back(places.pose(wound.carrier, wound.local));
-    carriers.push_back(wound.carrier);
-  }
-  double rate = relative_motion_rate(team, {magnets, poses, carriers, motions}, negligible);
+  double rate = relative_motion_rate(team, {moving_, poses, moving_carriers_, motions}, negligible);
   if (model_.field.isZero(0.0)) return rate;
   // The field exerts torques on bodies and induces voltages in coils, also in those of obstacles.
-  for (std::size_t i = 0; i < magnets.size(); ++i) {
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
     const bool coil = i >= model_.magnets.size();
-    if (coil || (!magnets[i].soft_sphere && carriers[i] < model_.n_bodies()))
-      rate = std::max(rate, motions[carriers[i]].spin.norm());
+    if (coil || (!moving_[i].soft_sphere && moving_carriers_[i] < model_.n_bodies()))
+      rate = std::max(rate, motions[moving_carriers_[i]].spin.norm());
   }
   return rate;
 }

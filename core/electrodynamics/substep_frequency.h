@@ -1,6 +1,6 @@
-// What sub-steps must resolve: oscillations of bodies that carry magnets or coils, with an upper
-// bound on their frequencies (core/magnetics/forces/stiffness.h), and the motion of magnets and
-// coils relative to each other (core/magnetics/forces/relative_motion.h).
+// Upper bound on the oscillation frequencies of bodies that carry magnets or coils
+// (core/magnetics/forces/stiffness.h), and the rate of their relative motion
+// (core/magnetics/forces/relative_motion.h). Sub-steps must resolve both.
 #pragma once
 
 #include <cstdint>
@@ -54,6 +54,9 @@ class SubstepFrequency {
   const MagneticModel& model_;
   const Magnets& magnets_;
   std::vector<CoarseMagnet> coarse_, coarse_coils_;  // each coil carries one ampere
+  // All magnets, then all coils, and their carriers, for motion_rate().
+  std::vector<CoarseMagnet> moving_;
+  std::vector<Index> moving_carriers_;
 };
 
 }  // namespace loomstone
