@@ -211,16 +211,15 @@ class Simulation(_core.Simulation):
         )
         if self.communicator.rank == 0:
             warn_of_part_frame(duration, rate, stacklevel=3)
-        kept = self._metadata(options, control is not None)
+        kept = self._metadata(options)
         return execute(
             self, options, out, metadata=kept, overwrite=overwrite, resume=resume, control=control
         )
 
-    def _metadata(self, options: RunOptions, controlled: bool) -> dict[str, Any]:
+    def _metadata(self, options: RunOptions) -> dict[str, Any]:
         """Returns the metadata of a run, with which `loomstone resume` can continue it."""
         return {
             "loomstone": _core.__version__,
-            "control": controlled,
             "duration": options.duration,
             "rate": options.rate,
             "integrator": to_record(self.integrator),

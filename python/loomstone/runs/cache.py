@@ -18,6 +18,7 @@ from .. import _core
 from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
 from ..exchange.export import Format, export_run
 from ..pictures.notebook import picture_of_frame, remember
+from .extension import extension
 from .leftovers import PARTS, leftovers
 from .magnet_record import magnets_from_record
 from .scene_file import SceneFile
@@ -160,13 +161,14 @@ class Run:
     def metadata(self) -> dict[str, Any]:
         """Options of the run and, after `loomstone run`, the scene file and its parameters.
 
-        Empty for files of other programs.
+        Empty for files of other programs. The duration is that of the last extension. Raises
+        CacheError if extension.json cannot be read.
         """
         try:
             content = json.loads(self._reader.metadata or "{}")
         except json.JSONDecodeError:
             return {}
-        return content if isinstance(content, dict) else {}
+        return content | extension(self.directory) if isinstance(content, dict) else {}
 
     @property
     def metadata_text(self) -> str:

@@ -58,20 +58,19 @@ def execute(
     _check_same(ranks, options, overwrite=overwrite, resume=resume, control=control is not None)
     n_frames = frame_count(options.duration, options.rate)
     with DirectoryLock(directory) as lock:
-        with together(ranks):
-            if resume and simulation.rank == 0:
-                lock.take()
-        with together(ranks):
-            if resume and (checkpoint := latest_checkpoint(directory)):
-                simulation.restore(checkpoint)
+        if resume:
+            _restore(simulation, lock)
         following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
+        goes_on = resume and following < n_frames
         with together(ranks):
-            if resume and simulation.rank == 0 and control is None and following < n_frames:
+            if goes_on and simulation.rank == 0 and control is None:
                 _check_control(directory)
             text = None if resume else _metadata_text(simulation, options, metadata or {}, control)
             writer = open_writer(
                 simulation, options, lock, text, overwrite=overwrite, following=following
             )
+            if goes_on:
+                writer.go_on(controlled=control is not None)
         began, first_step = time.perf_counter(), simulation.step_index
         watch.start(n_frames, following)
         speech = last_words(farewell if simulation.rank == 0 else "")
@@ -99,6 +98,16 @@ def _check_same(ranks: Communicator, options: RunOptions, **given: bool) -> None
     """Raises InvalidInput on all ranks unless all ranks have the same options."""
     given |= {field.name: getattr(options, field.name) for field in fields(options)}
     check_same(ranks, "run", **given)
+
+
+def _restore(simulation: Any, lock: DirectoryLock) -> None:
+    """Takes the lock of an existing run, and restores its newest readable checkpoint, if any."""
+    with together(simulation.communicator):
+        if simulation.rank == 0:
+            lock.take()
+    with together(simulation.communicator):
+        if checkpoint := latest_checkpoint(lock.directory):
+            simulation.restore(checkpoint)
 
 
 def _check_control(directory: Path) -> None:
@@ -152,6 +161,7 @@ def _metadata_text(
     kept = {
         "record_tasks": options.record_tasks,
         "decomposition": simulation.decomposition,
+        "control": control is not None,
         "identity": described if control is None else uuid4().hex,
     }
     magnets = magnets_to_record(simulation.scene)

@@ -27,6 +27,7 @@ from ..pictures.renderer import Renderer
 from ..pictures.video import encode
 from .cache import Run
 from .checkpoints import checkpoint_files, write_checkpoint
+from .extension import EXTENSION, extend
 from .leftovers import PARTS, leftovers
 from .lock import DirectoryLock
 from .motions import motion_files, write_motion
@@ -59,6 +60,8 @@ class NoWriter:
     ) -> None: ...
 
     def motion(self, step: int, motion: CollisionRecord) -> None: ...
+
+    def go_on(self, *, controlled: bool) -> None: ...
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
@@ -155,6 +158,17 @@ class Writer(NoWriter):
     def motion(self, step: int, motion: CollisionRecord) -> None:
         with self._writing():
             write_motion(self._directory, step, motion)
+
+    def go_on(self, *, controlled: bool) -> None:
+        """Notes that an existing run gets further frames: until its new end, it has no report.
+
+        controlled : whether a control function is given
+        """
+        with self._writing():
+            self._wall_time.keep()
+            (self._directory / "report.json").unlink(missing_ok=True)
+            with Run(self._directory) as begun:
+                extend(self._directory, begun.metadata, self._options, controlled=controlled)
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():
@@ -363,8 +377,7 @@ def _remove_run(directory: Path) -> None:
         "limits.csv",
         "replay.csv",
         "report.json",
-        WALL_TIME,
-        f"unfinished-{WALL_TIME}",
+        *(f"{begin}{name}" for name in (EXTENSION, WALL_TIME) for begin in ("", "unfinished-")),
         "video.mp4",
         STORED_SCENE,
     ):

@@ -1,0 +1,111 @@
+"""Runs that are extended: to a longer duration, or with a control function."""
+
+import json
+
+import loomstone as ls
+import pytest
+
+
+def made(scene, euler):
+    return ls.Simulation(scene, integrator=euler, threads=1)
+
+
+def stopped_at(time):
+    """Returns a control function that interrupts the run at a time [s]."""
+
+    def stop(sim):
+        if sim.time > time:
+            raise KeyboardInterrupt
+
+    return stop
+
+
+class Interrupted(ls.Simulation):
+    """A simulation that is interrupted in its step 35."""
+
+    def step(self):
+        if self.step_index == 35:
+            raise KeyboardInterrupt
+        super().step()
+
+
+@pytest.fixture
+def interrupted(hanging, euler, tmp_path):
+    """A finished run of 0.08 s whose extension to 0.2 s was interrupted after 0.14 s."""
+    out = tmp_path / "run"
+    made(hanging, euler).run(out=out, duration=0.08)
+    extended = Interrupted(hanging, integrator=euler, threads=1)
+    with pytest.raises(KeyboardInterrupt):
+        extended.run(out=out, duration=0.2, resume=True)
+    return out
+
+
+def test_an_interrupted_extension_has_no_report_and_is_resumed_to_its_end(
+    interrupted, hanging, euler, loomstone, tmp_path
+):
+    assert not (interrupted / "report.json").exists()
+    assert ls.Run(interrupted).metadata["duration"] == 0.2
+    code, _ = loomstone("resume", interrupted)
+    assert code == 0 and len(ls.Run(interrupted)) == 6
+    whole = made(hanging, euler).run(out=tmp_path / "whole", duration=0.2)
+    report = json.loads((interrupted / "report.json").read_text())
+    assert report["digest"] == whole["digest"] and report["frames"] == 6
+
+
+def test_the_wall_time_of_a_run_survives_an_interrupted_extension(hanging, euler, tmp_path):
+    out = tmp_path / "run"
+    first = made(hanging, euler).run(out=out, duration=0.08)
+    with pytest.raises(KeyboardInterrupt):
+        made(hanging, euler).run(out=out, duration=0.2, resume=True, control=stopped_at(0.07))
+    noted = json.loads((out / "wall_time.json").read_text())["wall_seconds"]
+    assert noted >= first["wall_seconds"]
+
+
+def test_an_extension_with_a_control_function_is_not_continued_without_one(
+    hanging, euler, tmp_path, loomstone
+):
+    out = tmp_path / "run"
+    made(hanging, euler).run(out=out, duration=0.08)
+    with pytest.raises(KeyboardInterrupt):
+        made(hanging, euler).run(out=out, duration=0.2, resume=True, control=stopped_at(0.14))
+    with pytest.raises(ls.CacheError, match="was run with a control function"):
+        made(hanging, euler).run(out=out, duration=0.2, resume=True)
+    code, said = loomstone("resume", out)
+    assert code != 0 and "was run with a control function" in said.err
+    made(hanging, euler).run(out=out, duration=0.2, resume=True, control=lambda sim: None)
+    assert len(ls.Run(out)) == 6
+
+
+def test_a_run_of_a_scene_file_with_control_is_not_continued_without_it(euler, tmp_path, loomstone):
+    scene = tmp_path / "controlled.py"
+    scene.write_text(
+        "import loomstone as ls\n"
+        "duration, integrator = 0.08, ls.SemiImplicitEuler(step=4e-3)\n"
+        "def control(sim): pass\n"
+        "def scene():\n"
+        "    mesh = ls.grid(size=(0.2, 0.2), cells=(4, 4))\n"
+        "    return ls.Scene(cloths=[ls.Cloth(mesh=mesh, pins=[0])])\n"
+    )
+    out = tmp_path / "run"
+    assert loomstone("run", scene, "--out", out)[0] == 0
+    again = ls.Simulation(ls.Run(out).scene(), integrator=euler, threads=1)
+    with pytest.raises(ls.CacheError, match="was run with a control function"):
+        again.run(out=out, duration=0.2, resume=True)
+
+
+def test_a_new_run_forgets_the_extension_of_the_one_that_it_replaces(hanging, euler, tmp_path):
+    out = tmp_path / "run"
+    made(hanging, euler).run(out=out, duration=0.08)
+    made(hanging, euler).run(out=out, duration=0.16, resume=True)
+    assert ls.Run(out).metadata["duration"] == 0.16
+    made(hanging, euler).run(out=out, duration=0.04, overwrite=True)
+    assert ls.Run(out).metadata["duration"] == 0.04
+
+
+def test_a_damaged_extension_is_an_error(hanging, euler, tmp_path):
+    out = tmp_path / "run"
+    made(hanging, euler).run(out=out, duration=0.04)
+    for text in ("{", "[]"):
+        (out / "extension.json").write_text(text)
+        with pytest.raises(ls.CacheError, match="extension.json cannot be read"):
+            made(hanging, euler).run(out=out, duration=0.2, resume=True)
