@@ -13,6 +13,17 @@ from .._core import Frame
 __all__ = ["Stacked"]
 
 
+def _chooses_frames(first: Any) -> bool:
+    """Returns whether the first part of an index chooses frames and nothing else.
+
+    It is then an integer, an array of integers or a mask with one axis.
+    """
+    if first is None or first is Ellipsis or isinstance(first, tuple):
+        return False
+    array = np.asarray(first)
+    return array.dtype.kind in "iu" or (array.dtype == bool and array.ndim == 1)
+
+
 class _Frames(Protocol):
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Frame: ...
@@ -21,7 +32,8 @@ class _Frames(Protocol):
 class Stacked(np.lib.mixins.NDArrayOperatorsMixin):
     """An array that each frame has, such as positions, stacked over the frames along a first axis.
 
-    It is sliced like a numpy array, and reads only the requested frames. Operators and functions of
+    It is indexed like a numpy array, and reads only the frames that an integer, a slice, an array
+    of integers or a mask at the first place of the index chooses. Operators and functions of
     numpy, such as `2 * array` and np.max(array), read all frames. np.asarray() returns an array of
     all frames, which also has the methods of numpy arrays.
     """
@@ -33,16 +45,14 @@ class Stacked(np.lib.mixins.NDArrayOperatorsMixin):
         return len(self._frames)
 
     def __getitem__(self, index: Any) -> Any:
-        first, *others = index if isinstance(index, tuple) else (index,)
-        if first is Ellipsis and len(others) == self.ndim:  # no axis is left for the ellipsis
-            first, *others = others
-        if isinstance(first, slice) or first is Ellipsis:
-            chosen = range(len(self))[first if isinstance(first, slice) else slice(None)]
-            kept = [...] if first is Ellipsis else []
-            return self._stacked(chosen)[(slice(None), *kept, *others)]
-        if np.ndim(first) == 1:
-            return self._stacked(np.arange(len(self))[first])[(slice(None), *others)]
-        return np.array(self._of(first)[tuple(others)])
+        first, *others = index if isinstance(index, tuple) and index else (index,)
+        if isinstance(first, slice):
+            return self._stacked(range(len(self))[first])[(slice(None), *others)]
+        if _chooses_frames(first):
+            frames = np.arange(len(self))[first]
+            places = np.arange(frames.size).reshape(frames.shape)
+            return self._stacked(frames.ravel())[(places, *others)]
+        return np.asarray(self)[index]  # such as an ellipsis or a mask of several axes
 
     def __iter__(self) -> Iterator[NDArray[np.float64]]:
         return (np.array(self._of(i)) for i in range(len(self)))

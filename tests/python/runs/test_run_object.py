@@ -34,6 +34,45 @@ def test_a_stacked_array_is_that_of_every_frame(run, name):
     assert np.array_equal(2.0 * stacked - stacked, frames) and np.max(stacked) == np.max(frames)
 
 
+@pytest.mark.parametrize(
+    "index",
+    [
+        (),
+        None,
+        (None, 1),
+        ([0, 3], [2, 5]),
+        ([0, 3], slice(None), [1, 2]),
+        (2, slice(None), [0, 2]),
+        (1, [4, 5], [0, 2]),
+        (np.array([[0, 1], [3, 2]]), 7),
+        (slice(1, 3), [2, 5], 1),
+        ((0, 1), 2),
+        ([True, False, False, True], [2, 5]),
+        np.int64(-1),
+        np.array(2),
+        [],
+        (0, 1, 2),
+        True,
+        (..., [0, 2]),
+    ],
+    ids=repr,
+)
+def test_a_stacked_array_is_indexed_like_a_numpy_array(run, index):
+    wanted = np.asarray(run.positions)[index]
+    got = run.positions[index]
+    assert np.shape(got) == np.shape(wanted) and np.array_equal(got, wanted)
+
+
+@pytest.mark.parametrize(
+    "index", [(0, 0, 0, 0), 4, [0, 4], ([0, 1], [0, 1, 2]), 1.5, "a", (slice(None), 500)], ids=repr
+)
+def test_an_index_that_numpy_refuses_is_refused_by_a_stacked_array(run, index):
+    with pytest.raises(IndexError):
+        np.asarray(run.positions)[index]
+    with pytest.raises(IndexError):
+        run.positions[index]
+
+
 def test_a_stacked_array_reads_only_the_frames_that_are_asked_for(run, monkeypatch):
     read = []
     original = ls.Run.__getitem__
