@@ -6,6 +6,7 @@ timeCodesPerSecond is the rate of the run. The textures are PNG files in the sta
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,11 @@ def write_usd(path: Path, clip: Clip) -> None:
     tf = imported("pxr.Tf", path)
     try:
         stage = _new_stage(path, clip)
-        meshes = [_mesh(stage, s, m) for s, m in zip(clip.surfaces, clip.motions, strict=True)]
+        materials = _place_of_materials(stage, clip.surfaces)
+        meshes = [
+            _mesh(stage, surface, motion, materials)
+            for surface, motion in zip(clip.surfaces, clip.motions, strict=True)
+        ]
         codes = np.round(clip.times * clip.run.rate, 6)
         for motion, mesh in zip(clip.motions, meshes, strict=True):
             if motion.rigid:
@@ -56,8 +61,20 @@ def _new_stage(path: Path, clip: Clip) -> Any:
     return stage
 
 
-def _mesh(stage: Any, surface: Surface, motion: Motion) -> Any:
-    """Defines the mesh of a surface, with everything that does not change over time."""
+def _place_of_materials(stage: Any, surfaces: Sequence[Surface]) -> str:
+    """Defines the scope of the materials; returns its path, which no surface has."""
+    taken, name = {surface.identifier for surface in surfaces}, "materials"
+    while name in taken:
+        name += "_"
+    imported("pxr.UsdGeom", "usd").Scope.Define(stage, f"/run/{name}")
+    return f"/run/{name}"
+
+
+def _mesh(stage: Any, surface: Surface, motion: Motion, materials: str) -> Any:
+    """Defines the mesh of a surface, with everything that does not change over time.
+
+    materials : path of the scope of the materials
+    """
     geometry, vt = imported("pxr.UsdGeom", "usd"), imported("pxr.Vt", "usd")
     mesh = geometry.Mesh.Define(stage, f"/run/{surface.identifier}")
     mesh.GetPrim().SetDisplayName(surface.name or surface.identifier)
@@ -68,7 +85,7 @@ def _mesh(stage: Any, surface: Surface, motion: Motion) -> Any:
     corners = surface.triangles.reshape(-1).astype(np.int32)
     mesh.CreateFaceVertexIndicesAttr(vt.IntArray.FromNumpy(corners))
     _set_uv(mesh, surface)
-    _set_materials(stage, mesh, surface)
+    _set_materials(stage, mesh, surface, materials)
     if motion.rigid:
         local = motion.local if not motion.still else motion.first
         mesh.CreatePointsAttr(_vectors(local))
@@ -93,7 +110,7 @@ def _set_uv(mesh: Any, surface: Surface) -> None:
     uv.SetIndices(vt.IntArray.FromNumpy(surface.uv_triangles.reshape(-1).astype(np.int32)))
 
 
-def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
+def _set_materials(stage: Any, mesh: Any, surface: Surface, materials: str) -> None:
     """Binds one material to the mesh, or one to the triangles of each colour if there are several.
 
     Also sets the display colour of the mesh to the first colour.
@@ -102,7 +119,7 @@ def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
     vt = imported("pxr.Vt", "usd")
     mesh.CreateDisplayColorAttr(_vectors(surface.colors[:1]))
     for number in range(len(surface.colors)):
-        material = _material(stage, surface, number)
+        material = _material(stage, surface, number, materials)
         if len(surface.colors) == 1:
             target = mesh.GetPrim()
         else:
@@ -118,11 +135,10 @@ def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
         shade.MaterialBindingAPI.Apply(target).Bind(material)
 
 
-def _material(stage: Any, surface: Surface, number: int) -> Any:
-    geometry, shade = imported("pxr.UsdGeom", "usd"), imported("pxr.UsdShade", "usd")
+def _material(stage: Any, surface: Surface, number: int, materials: str) -> Any:
+    shade = imported("pxr.UsdShade", "usd")
     sdf, gf = imported("pxr.Sdf", "usd"), imported("pxr.Gf", "usd")
-    geometry.Scope.Define(stage, "/run/materials")
-    path = f"/run/materials/{surface.identifier}_{number}"
+    path = f"{materials}/{surface.identifier}_{number}"
     material = shade.Material.Define(stage, path)
     shader = shade.Shader.Define(stage, f"{path}/surface")
     shader.CreateIdAttr("UsdPreviewSurface")
