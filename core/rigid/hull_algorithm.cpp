@@ -18,6 +18,7 @@ namespace {
 using Corners = HullOnTriangles::Corners;
 
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
+constexpr double flush_share = 0.02;    // largest step between flush surfaces [contact distances]
 // Contact planes of consecutive steps count as the same plane if the cosine of the angle between
 // their normals is at least this value.
 constexpr btScalar still_same_plane = 0.9;
@@ -88,7 +89,9 @@ class HullAlgorithm : public btCollisionAlgorithm {
     const btTransform to_end = relative_motion(hull, other, info.m_timeStep);
     const double reach = std::max(near, largest_motion(*hull.getCollisionShape(), to_end));
     const std::size_t n_met = collect(hull, other, reach);
-    finder_.find({polyhedron, triangles_, n_met, reach, manifolds_.size(), before_}, planes_);
+    finder_.find(
+        {polyhedron, triangles_, n_met, reach, flush_share * near, manifolds_.size(), before_},
+        planes_);
     if (reach > near && !meets_at_end(polyhedron, to_end, n_met, near) &&
         !passes(polyhedron, to_end, n_met))
       remove_contacts_ahead(near);
@@ -126,7 +129,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
     for (const auto& plane : planes_)
       for (const HullContact& contact : plane)
         before.push_back({contact.on_hull(), contact.normal, 0.0});
-    finder_.find({hull, moved_, n_met, near, manifolds_.size(), before}, planes_at_end_);
+    finder_.find({hull, moved_, n_met, near, flush_share * near, manifolds_.size(), before},
+                 planes_at_end_);
     return std::any_of(planes_at_end_.begin(), planes_at_end_.end(), [](const auto& plane) {
       return std::any_of(plane.begin(), plane.end(),
                          [](const HullContact& contact) { return contact.gap <= 0.0; });

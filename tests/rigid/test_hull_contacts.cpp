@@ -24,7 +24,7 @@ std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const ConvexPolyh
       triangles.back()[k] = turned.transpose() * (mesh.vertices().row(t[k]).transpose() - at);
   }
   std::vector<std::vector<HullContact>> planes;
-  HullOnTriangles().find({hull, triangles, triangles.size(), near, 4, {}}, planes);
+  HullOnTriangles().find({hull, triangles, triangles.size(), near, 0.02 * near, 4, {}}, planes);
   std::vector<HullContact> contacts;
   for (const auto& plane : planes)
     for (const HullContact& c : plane)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/rigid/contacts/contact_reduction.h"
@@ -15,7 +16,8 @@ namespace {
 constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
-constexpr unsigned whole = 7;  // bit mask of all corners of a triangle
+constexpr double turned_away = 0.7;  // cosine of 45.6 degrees
+constexpr unsigned whole = 7;        // bit mask of all corners of a triangle
 
 int lowest_corner(const HullOnTriangles::Corners& triangle, const Vec3& up) {
   int lowest = 0;
@@ -33,6 +35,48 @@ unsigned corners_at(const HullOnTriangles::Corners& triangle, int lowest, const 
     if (up.dot(away) <= zero_sine * away.norm()) corners |= 1u << k;
   }
   return corners;
+}
+
+struct HullEdge {
+  HullEdge(const ConvexPolyhedron& hull, std::size_t edge)
+      : from(hull.points[hull.edges[edge].points[0]]),
+        along(hull.points[hull.edges[edge].points[1]] - from),
+        first(hull.faces[hull.edges[edge].faces[0]].normal),
+        second(hull.faces[hull.edges[edge].faces[1]].normal) {}
+  Vec3 from, along;    // start, and the vector to the end
+  Vec3 first, second;  // normals of the two faces
+};
+
+// Returns the direction from a side of a triangle to an edge of the hull that is perpendicular to
+// both, if they can have a contact.
+std::optional<Vec3> axis_of_edges(const HullEdge& edge, const HullOnTriangles::Corners& triangle,
+                                  int side) {
+  const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
+  const Vec3 across = edge.along.cross(reach);
+  const double length = across.norm();
+  if (length < zero_sine * edge.along.norm() * reach.norm()) return std::nullopt;
+  // An edge of the hull has contacts only in directions between the normals of its faces. A side of
+  // the triangle has contacts only in directions away from the triangle.
+  const Vec3 direction = across / (across.dot(edge.first + edge.second) > 0.0 ? -length : length);
+  const double turn = edge.first.cross(edge.second).dot(edge.along) > 0.0 ? 1.0 : -1.0;
+  if (turn * direction.cross(edge.first).dot(edge.along) < 0.0 ||
+      turn * edge.second.cross(direction).dot(edge.along) < 0.0 ||
+      direction.dot(triangle[(side + 2) % 3] - start) > 0.0)
+    return std::nullopt;
+  return direction;
+}
+
+// Returns the point of a side of a triangle that is nearest to the line of an edge of the hull, if
+// the nearest points of the two lines lie on side and edge.
+std::optional<Vec3> nearest_on_side(const HullEdge& edge, const HullOnTriangles::Corners& triangle,
+                                    int side) {
+  const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
+  const Vec3 across = edge.along.cross(reach), between = start - edge.from;
+  const double length = across.norm();
+  const double on_hull = between.cross(reach).dot(across) / (length * length),
+               on_side = between.cross(edge.along).dot(across) / (length * length);
+  if (on_hull < 0.0 || on_hull > 1.0 || on_side < 0.0 || on_side > 1.0) return std::nullopt;
+  return start + on_side * reach;
 }
 
 }  // namespace
@@ -54,9 +98,11 @@ bool HullOnTriangles::reaches_farthest(const Vec3& direction, std::size_t t, uns
   return true;
 }
 
-bool HullOnTriangles::least_overlap(std::size_t t, const Vec3& normal, double near, Axis& best,
-                                    Axis& met) const {
+bool HullOnTriangles::least_overlap(const Query& query, std::size_t t, const Vec3& normal,
+                                    Axis& best, Axis& met) {
   const Corners& triangle = (*triangles_)[t];
+  const double near = query.near;
+  flush_along_.clear();
   best = {normal, normal.dot(hull_->points[0] - triangle[0]), -1, -1, true, triangle[0]};
   for (const Vec3& point : hull_->points)
     best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
@@ -68,9 +114,12 @@ bool HullOnTriangles::least_overlap(std::size_t t, const Vec3& normal, double ne
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
   const auto consider = [&](Axis axis, unsigned among) {
-    if (!better(axis.gap, met)) return;
+    const bool flush = std::abs(axis.gap) <= query.flush;
+    if (!flush && !better(axis.gap, met)) return;
     axis.met = among == whole ? axis.direction.dot(normal) > 0.0
                               : reaches_farthest(axis.direction, t, among);
+    if (flush && axis.met) flush_along_.push_back(axis.direction);
+    if (!better(axis.gap, met)) return;
     if (axis.met) met = axis;
     if (better(axis.gap, best)) best = axis;
   };
@@ -84,35 +133,24 @@ bool HullOnTriangles::least_overlap(std::size_t t, const Vec3& normal, double ne
              corners_at(triangle, lowest, face.normal));
   }
   for (std::size_t e = 0; e < hull_->edges.size(); ++e) {
-    const auto& [points, faces] = hull_->edges[e];
-    const Vec3 &from = hull_->points[points[0]], along = hull_->points[points[1]] - from;
-    const Vec3 &first = hull_->faces[faces[0]].normal, &second = hull_->faces[faces[1]].normal;
-    const double turn = first.cross(second).dot(along) > 0.0 ? 1.0 : -1.0;
+    const HullEdge edge(*hull_, e);
     for (int side = 0; side < 3; ++side) {
-      const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
-      const Vec3 across = along.cross(reach);
-      const double length = across.norm();
-      if (length < zero_sine * along.norm() * reach.norm()) continue;
-      // An edge of the hull has contacts only in directions between the normals of its faces. A
-      // side of the triangle has contacts only in directions away from the triangle.
-      const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);
-      if (turn * direction.cross(first).dot(along) < 0.0 ||
-          turn * second.cross(direction).dot(along) < 0.0)
-        continue;
-      if (direction.dot(triangle[(side + 2) % 3] - start) > 0.0) continue;
-      const double gap = direction.dot(from - start);
+      const auto direction = axis_of_edges(edge, triangle, side);
+      if (!direction) continue;
+      const double gap = direction->dot(edge.from - triangle[side]);
       if (gap > near) return false;
       apart = std::max(apart, gap);
-      if (!better(gap, met)) continue;
-      const Vec3 between = start - from;
-      const double on_hull = between.cross(reach).dot(across) / (length * length),
-                   on_side = between.cross(along).dot(across) / (length * length);
-      if (on_hull < 0.0 || on_hull > 1.0 || on_side < 0.0 || on_side > 1.0) continue;
-      consider({direction, gap, -1, static_cast<Index>(e), true, start + on_side * reach},
-               1u << side | 1u << (side + 1) % 3);
+      if (std::abs(gap) > query.flush && !better(gap, met)) continue;
+      if (const auto point = nearest_on_side(edge, triangle, side))
+        consider({*direction, gap, -1, static_cast<Index>(e), true, *point},
+                 1u << side | 1u << (side + 1) % 3);
     }
   }
-  return best.gap > 0.0 || apart < 0.01 * near;
+  const bool passes =
+      best.gap >= -query.flush && std::ranges::any_of(flush_along_, [&](const Vec3& axis) {
+        return axis.dot(best.direction) < turned_away;
+      });
+  return !passes && (best.gap > 0.0 || apart < 0.01 * near);
 }
 
 // Clips the edges of the hull to the prism over the triangle. The prism ends at the height `near`
@@ -226,7 +264,7 @@ void HullOnTriangles::meet_triangles(const Query& query) {
   for (std::size_t t = 0; t < query.n_met; ++t) {
     const Vec3& normal = normals[t];
     Axis best, met;
-    if (normal.isZero() || !least_overlap(t, normal, near, best, met)) continue;
+    if (normal.isZero() || !least_overlap(query, t, normal, best, met)) continue;
     if (best.met || best.direction.dot(normal) > turned_to) {
       touch(triangles[t], normal, near, best);
       continue;

@@ -1,0 +1,71 @@
+// Tests of bodies that slide from one obstacle to another whose surface is flush with it.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "core/base/rotation.h"
+#include "tests/rigid/worlds.h"
+
+using namespace loomstone;
+
+namespace {
+
+RigidObstacle slab(double friction) {
+  return {shared(box(1.0, 1.0, 0.2)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+}
+
+// Slides a body for `way` [m], or to rest, over slabs of 1 m with the given heights [m], from the
+// middle of the first slab along x. Returns its state at the end.
+RigidState slide(const RigidBody& body, const std::vector<double>& heights, double friction,
+                 double step, double way) {
+  std::vector<RigidObstacle> slabs;
+  std::vector<RigidPose> poses;
+  for (std::size_t k = 0; k < heights.size(); ++k) {
+    poses.push_back({Vec3(static_cast<double>(k), 0, heights[k] - 0.1), Vec4(1, 0, 0, 0)});
+    slabs.push_back(slab(friction));
+    slabs.back().position = poses.back().position;
+  }
+  RigidWorld world({body}, slabs, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  const int n_steps = static_cast<int>(std::round(way / body.velocity.x() / step));
+  for (int i = 0; i < n_steps; ++i) world.advance(step, {none, none}, poses, state);
+  return state;
+}
+
+RigidBody cube(double speed, double yaw, double friction) {
+  RigidBody body = body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0.013, 0.05));
+  body.friction = friction, body.velocity = Vec3(speed, 0, 0);
+  body.orientation = quaternion_from_rotation_vector(Vec3(0, 0, yaw));
+  return body;
+}
+
+}  // namespace
+
+TEST_CASE("a cube keeps its velocity when it slides over the seams of flush obstacles") {
+  const double speed = GENERATE(0.5, 2.0, 5.0, 20.0), yaw = GENERATE(0.0, 0.3, M_PI / 4),
+               step = GENERATE(1e-3, 4e-3, 1e-2), higher = GENERATE(0.0, 1e-7, -1e-7);
+  CAPTURE(speed, yaw, step, higher);
+  const RigidState end = slide(cube(speed, yaw, 0.0), {0.0, higher, 0.0}, 0.0, step, 2.0);
+  CHECK(end.positions(0, 0) == Approx(2.0).epsilon(1e-5));
+  CHECK(end.velocities(0, 0) == Approx(speed).epsilon(1e-5));
+  CHECK(end.velocities.row(0).tail(2).norm() < 1e-3 * speed);
+  CHECK(std::abs(end.positions(0, 2) - 0.05) < 2e-6);
+}
+
+TEST_CASE("friction stops a cube on a row of obstacles as far away as on one") {
+  const double step = GENERATE(1e-3, 4e-3, 1e-2), yaw = GENERATE(0.0, 0.3);
+  CAPTURE(step, yaw);
+  const RigidState end = slide(cube(3.0, yaw, 0.3), {0.0, 0.0, 0.0}, 0.3, step, 6.0);
+  // v^2 / (2 mu g), within one step of the start.
+  CHECK(end.positions(0, 0) == Approx(9.0 / (2.0 * 0.3 * 9.81)).margin(3.0 * step));
+  CHECK(end.velocities.row(0).norm() < 1e-6);
+}
+
+TEST_CASE("a step between two obstacles stops a cube that slides against it") {
+  const double step = GENERATE(1e-3, 4e-3, 1e-2), height = GENERATE(1e-3, 0.02, 0.2);
+  CAPTURE(step, height);
+  const RigidState end = slide(cube(0.5, 0.0, 0.0), {0.0, height}, 0.0, step, 1.0);
+  CHECK(end.positions(0, 0) < 0.451);
+  CHECK(end.velocities(0, 0) < 0.25);
+}
