@@ -63,7 +63,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 // vertices on triangles of obstacles. The cost of the test grows with the product of the face
 // counts. Hulls with more than most_polyhedron_vertices vertices count as round. All other contacts
 // of round hulls come from Bullet's method, which accumulates contact points over several steps.
-constexpr int most_polyhedron_vertices = 32, most_vertices_on_triangles = 128;
+constexpr int most_polyhedron_vertices = 32, most_vertices_on_triangles = 512;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with shapes that
 // are neither polyhedra nor triangles. Round hulls need a margin so large that their shrunken cores
 // seldom overlap. If cores overlap, Bullet runs a slow penetration search.

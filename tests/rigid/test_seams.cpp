@@ -53,6 +53,18 @@ TEST_CASE("a cube keeps its velocity when it slides over the seams of flush obst
   CHECK(std::abs(end.positions(0, 2) - 0.05) < 2e-6);
 }
 
+TEST_CASE("a coin with many sides keeps its velocity on a surface and over its seams") {
+  const double speed = GENERATE(0.5, 2.0, 5.0), step = GENERATE(1e-3, 4e-3, 1e-2);
+  const int sides = GENERATE(90, 200);
+  CAPTURE(speed, step, sides);
+  RigidBody coin = body_of(cylinder(0.03, 0.005, sides), "convex", Vec3(0, 0.013, 0.0025));
+  coin.friction = 0.0, coin.velocity = Vec3(speed, 0, 0);
+  const RigidState end = slide(coin, {0.0, 0.0}, 0.0, step, 1.0);
+  CHECK(end.positions(0, 0) == Approx(1.0).epsilon(1e-5));
+  CHECK(end.velocities(0, 0) == Approx(speed).epsilon(1e-5));
+  CHECK(std::abs(end.positions(0, 2) - 0.0025) < 2e-6);
+}
+
 TEST_CASE("friction stops a cube on a row of obstacles as far away as on one") {
   const double step = GENERATE(1e-3, 4e-3, 1e-2), yaw = GENERATE(0.0, 0.3);
   CAPTURE(step, yaw);

@@ -34,8 +34,8 @@ def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh
 def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
     """Cylinder along z: a prism with `segments` sides, whose vertices lie on the cylinder.
 
-    Lengths are in [m]. A rigid body with this mesh collides as an exact polyhedron if there are at
-    most 16 sides.
+    Lengths are in [m]. A rigid body with this mesh collides with other bodies as an exact
+    polyhedron if there are at most 16 sides, and with obstacles if there are at most 256.
     """
     return _core.cylinder(radius, length, segments=segments)
 
