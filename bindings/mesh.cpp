@@ -31,8 +31,8 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
 }
 
 // Converts a trimesh.Trimesh or meshio.Mesh to a TriangleMesh. pybind11 calls this function for an
-// argument that must be a TriangleMesh but has another type. Returns null if the object is neither
-// a Trimesh nor a Mesh. Throws for a trimesh.Scene and for invalid meshes.
+// argument that must be a TriangleMesh but has another type. Throws for a trimesh.Scene and for
+// invalid meshes. Returns null for objects of any other type.
 PyObject* converted_mesh(PyObject* object, PyTypeObject*) {
   py::object mesh =
       py::module_::import("loomstone.base.foreign_meshes").attr("converted")(py::handle(object));

@@ -54,7 +54,7 @@ std::int8_t side_of(ContactKind kind, const FourPoints& p) {
   return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
 }
 
-// Decides which feature pairs may come closer than their thickness during one step.
+// Decides which feature pairs may come closer than their contact distance during one step.
 struct ApproachSearch::PairTest {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;

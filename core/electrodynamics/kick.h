@@ -48,7 +48,7 @@ struct Actions {
   Inductances inductances;
 };
 
-// Time and length of a kick, and the state and magnetic actions at its start.
+// Midpoint and length of a kick, and the state and magnetic actions at its start.
 struct KickStart {
   double time = 0.0, duration = 0.0;  // midpoint and length of the kick [s]
   const RigidState& bodies;

@@ -25,7 +25,7 @@ class ThreadCommunicators {
   std::shared_ptr<const Communicator> operator[](int rank) { return ends_[rank]; }
 
  private:
-  // Mailbox that forwards all calls to a mailbox of ThreadCommunicators.
+  // Mailbox that sends and receives through a mailbox that ThreadCommunicators owns.
   class Borrowed final : public Mailbox {
    public:
     explicit Borrowed(Mailbox& mailbox) : mailbox_(mailbox) {}

@@ -53,9 +53,10 @@ struct SoftBody {
   double saturation = 0.0;  // mu0 M_s [T]; 0 for no saturation
 };
 
-// Checks the number of cells of the finest grid on a shape, "cuboid" or "cylinder". Throws
-// InvalidInput unless it is a multiple of 4 from 8 to 48 (cuboid) or from 8 to 24 (cylinder).
-// `name` is the name of the option in the message.
+// Checks `cells`, the number of panels of the finest grid along the shortest edge of a cuboid or
+// along the height of a cylinder. `shape` is "cuboid" or "cylinder". Throws InvalidInput unless
+// `cells` is a multiple of 4 from 8 to 48 (cuboid) or from 8 to 24 (cylinder). `name` is the name
+// of the option in the message.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.

@@ -14,8 +14,8 @@ struct FacingQuery {
   const std::vector<std::array<Vec3, 3>>& triangles;
   const SharedCorners& shared;  // of these triangles
   const Vec3& centre;           // of the hull
-  // Contacts of the last step, whose `point` lies on the hull. They belong to triangles whose
-  // planes are closer than `reach` [m].
+  // Contacts of the last step, whose `point` lies on the hull. A contact counts for every triangle
+  // whose plane is less than `reach` [m] from this point.
   const HullOnTriangles::Contacts& before;
   double reach;
 };

@@ -16,7 +16,7 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Two sheets on a table. If `smooth` is true, the table's faces are part of a smooth surface.
+// Two sheets on a table. If `smooth` is true, the table is a smooth surface.
 TestScene sheets_on_table(bool smooth) {
   TestScene scene = make_scene(
       {{grid_cells(0.2, 0.2, 12, 12), Kind::Cloth, 4e-3},

@@ -128,8 +128,8 @@ TEST_CASE("contacts of any depth have a stiffness that the solve can add to the 
     stiffest = std::max(stiffest, h * h * inverse_mass * term.hessian.norm());
     strongest = std::max(strongest, h * h * inverse_mass * term.gradient.norm());
   }
-  // The stiffness is at most 1e8 times the effective mass of the contact / step^2. Without this
-  // bound, (M26) of docs/method.md gives more than 5e12 times this quotient.
+  // The stiffness is at most 1e8 m / h^2, where m is the effective mass of the contact and h the
+  // step. Without this bound, (M26) of docs/method.md gives more than 5e12 m / h^2.
   CHECK(stiffest < 1.0001e8);
   CHECK(stiffest > 1e7);
   // The force is at most the bound on the stiffness times the thickness of 4e-3 m, so one solve

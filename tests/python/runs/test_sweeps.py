@@ -1,5 +1,5 @@
-"""`loomstone sweep` runs all combinations of parameters, can be interrupted at any moment, and
-writes a table and plots of the results of the runs.
+"""`loomstone sweep` runs all combinations of parameter values, can be interrupted at any moment and
+continued later, and writes a table and plots of the results.
 """
 
 import csv
