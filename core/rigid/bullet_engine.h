@@ -7,6 +7,7 @@
 
 #include "core/base/rotation.h"
 #include "core/rigid/bullet.h"
+#include "core/rigid/cone_friction.h"
 #include "core/rigid/hull_algorithm.h"
 #include "core/rigid/pair_algorithm.h"
 #include "core/rigid/sphere_algorithm.h"
@@ -77,7 +78,7 @@ struct BulletEngine {
   PairAlgorithms pairs;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
+  ConeFrictionSolver solver;
   // Dynamic bodies, then obstacles of constant shape, then facets of deforming obstacles.
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   BulletWorld world{&dispatcher, &broadphase, &solver, &configuration};

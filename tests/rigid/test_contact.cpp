@@ -245,3 +245,38 @@ TEST_CASE("a fast small ball does not pass through a thin floor") {
   run(world, state, 1e-3, 200, 1);
   CHECK(state.positions(0, 2) > 0.0);
 }
+
+// Way [m] of a disc that slides at 1 m/s and spins, until it rests. Its weight is carried by its
+// rim, where friction opposes the local sliding velocity.
+double way_of_rim(double radius, double spin, double friction, double gravity) {
+  constexpr int n_points = 64;
+  const double step = 1e-5;
+  double velocity = 1.0, way = 0.0;
+  while (velocity > 1e-3) {
+    double force = 0.0, torque = 0.0;  // per mass, and per mass and radius
+    for (int k = 0; k < n_points; ++k) {
+      const double angle = 2.0 * M_PI * (k + 0.5) / n_points;
+      const double x = velocity - spin * radius * std::sin(angle),
+                   y = spin * radius * std::cos(angle), speed = std::hypot(x, y);
+      force -= x / speed / n_points;
+      torque += (x * std::sin(angle) - y * std::cos(angle)) / speed / n_points;
+    }
+    velocity += step * friction * gravity * force;
+    spin = std::max(0.0, spin + step * friction * gravity * torque * 2.0 / radius);
+    way += step * velocity;
+  }
+  return way;
+}
+
+TEST_CASE("friction of a disc that slides and spins opposes the sliding of each contact") {
+  const double spin = GENERATE(0.0, 20.0, 40.0, 80.0), step = GENERATE(2e-4, 1e-3);
+  CAPTURE(spin, step);
+  RigidBody disc = body_of(cylinder(0.05, 0.01, 64), "convex", Vec3(0, 0, 0.005));
+  disc.friction = 0.3, disc.velocity = Vec3(1, 0, 0), disc.angular_velocity = Vec3(0, 0, spin);
+  RigidWorld world({disc}, {floor_of(4.0, 1)}, gravity);
+  RigidState state = world.initial_state();
+  run(world, state, step, static_cast<int>(1.2 / step), 1);
+  CHECK(state.velocities.row(0).norm() < 1e-6);
+  // A step has four contacts at the rim, whose places relative to the velocity change.
+  CHECK(state.positions(0, 0) == Approx(way_of_rim(0.05, spin, 0.3, 9.81)).epsilon(0.01));
+}

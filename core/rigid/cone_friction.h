@@ -1,0 +1,30 @@
+// Solver of Bullet with Coulomb's cone of friction.
+#pragma once
+
+#include "core/rigid/bullet.h"
+
+namespace loomstone {
+
+// Bullet bounds the friction of a contact separately along two directions: that of the sliding
+// velocity and the perpendicular one. Where other contacts turn the sliding velocity, the second
+// bound lets friction hold its direction, with an additional force as large as the friction
+// coefficient times the normal force. A body that slides and spins would then keep the ratio of the
+// two motions. This solver bounds the length of the friction impulse instead, so friction opposes
+// the sliding velocity of its own contact.
+class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
+ protected:
+  btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int n_bodies,
+                                btPersistentManifold** manifolds, int n_manifolds,
+                                btTypedConstraint** constraints, int n_constraints,
+                                const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+
+ private:
+  // Corrects the friction impulses of a contact, whose rows are `first` and the next one. Returns
+  // the square of the largest change of velocity [m^2/s^2].
+  btScalar correct(int first);
+  // Returns the change of a row's impulse that stops the sliding along its direction [N s].
+  btScalar stopping(const btSolverConstraint& row);
+  void apply(btSolverConstraint& row, btScalar impulse);
+};
+
+}  // namespace loomstone
