@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "core/base/sort_unique.h"
+#include "core/linalg/flush_to_zero.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/quad.h"
 #include "core/linalg/system.h"
@@ -220,6 +221,7 @@ void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system
   parallel_for(
       team, owned_.last_parent - owned_.first_parent,
       [&](Index i) {
+        const FlushToZero flush;
         const Index block = owned_.first_parent + i,
                     end = std::min(matrix.n_rows(), (block + 1) * rows_per_block);
         const Index from = plain_.row_start()[aggregates_.block_start[block]];

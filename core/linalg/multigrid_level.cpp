@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/sort_unique.h"
+#include "core/linalg/flush_to_zero.h"
 #include "core/linalg/quad.h"
 #include "core/linalg/small.h"
 
@@ -60,6 +61,7 @@ void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& bod
   parallel_ranges(team, n_chunks,
                   std::max(least_a_task, (n_chunks + team.threads - 1) / team.threads),
                   [&](Index first, Index last) {
+                    const FlushToZero flush;
                     body(begin + first * chunk, std::min(end, begin + last * chunk));
                   });
 }

@@ -16,6 +16,7 @@
 #include <cmath>
 
 #include "core/base/message.h"
+#include "core/linalg/flush_to_zero.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/pcg_iteration.h"
 #include "core/linalg/pcg_memory.h"
@@ -187,6 +188,7 @@ class Pcg final : public LinearSolver {
           "the linear solver \"gauss-seidel\" runs on one rank, got {} ranks; use \"pcg\"",
           system.layout->communicator().size());
     check_system(system, b, x);
+    const FlushToZero flush;
     PcgMemory& m = memory.pcg();
     PcgSolve solve{system, RowLoops(team, *system.layout), m};
     const bool same_matrix = unchanged != Unchanged::Nothing && m.has_matrix;

@@ -1,11 +1,13 @@
 // Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks. Each
 // block is summed by one thread in a fixed order, and block sums are added by a BinnedSum. Results
-// are therefore bitwise independent of the number of threads and ranks.
+// are therefore bitwise independent of the number of threads and ranks. Denormal numbers count as
+// zero.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
+#include "core/linalg/flush_to_zero.h"
 #include "core/linalg/sliced_ellpack.h"
 #include "core/linalg/system.h"
 #include "core/parallel/row_layout.h"
@@ -30,6 +32,7 @@ class RowLoops {
     const OwnedBlocks owned = owned_blocks(layout_);
     const Index end_row = layout_.end(), n = owned.last - owned.first;
     parallel_ranges(team_, n, share_of(n), [&](Index first, Index last) {
+      const FlushToZero flush;
       for (Index i = first; i < last; ++i) {
         const Index block = owned.first + i, begin = block * rows_per_block;
         body(block, begin, std::min<Index>(end_row, begin + rows_per_block));
@@ -43,6 +46,7 @@ class RowLoops {
   void set_sums(const std::vector<Index>& blocks, Body&& body) {
     const Index end_row = layout_.end(), n = static_cast<Index>(blocks.size());
     parallel_ranges(team_, n, share_of(n), [&](Index first, Index last) {
+      const FlushToZero flush;
       for (Index i = first; i < last; ++i) {
         const Index begin = blocks[i] * rows_per_block;
         sums_[blocks[i]] = body(begin, std::min<Index>(end_row, begin + rows_per_block));

@@ -1,5 +1,6 @@
 #include "core/linalg/term_rows.h"
 
+#include "core/linalg/flush_to_zero.h"
 #include "core/linalg/quad.h"
 
 namespace loomstone {
@@ -82,6 +83,7 @@ template <class Scalar>
 void TermRows::evaluate(const Team& team, const Scalar* x) {
   if (empty()) return;
   parallel_ranges(team, static_cast<Index>(hessians_.size()), 128, [&](Index begin, Index end) {
+    const FlushToZero flush;
     LOOMSTONE_WIDEST(find_forces)(*this, begin, end, x);
   });
 }
