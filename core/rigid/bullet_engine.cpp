@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rigid/seams.h"
 #include "core/rigid/surface_guard.h"
 
 namespace loomstone {
@@ -80,6 +81,7 @@ void BulletWorld::set_restitution(const btPersistentManifold& manifold, double r
 }
 
 void BulletWorld::solveConstraints(btContactSolverInfo& info) {
+  remove_contacts_behind_others(*getDispatcher(), info.m_timeStep);
   before_.clear();
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
     before_.push_back(m_nonStaticRigidBodies[i]->getWorldTransform().getOrigin());

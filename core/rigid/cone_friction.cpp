@@ -5,10 +5,12 @@
 
 namespace loomstone {
 
-btScalar ConeFrictionSolver::solveSingleIteration(
-    int iteration, btCollisionObject** bodies, int n_bodies, btPersistentManifold** manifolds,
-    int n_manifolds, btTypedConstraint** constraints, int n_constraints,
-    const btContactSolverInfo& info, btIDebugDraw* drawer) {
+btScalar ConeFrictionSolver::solveSingleIteration(int iteration, btCollisionObject** bodies,
+                                                  int n_bodies, btPersistentManifold** manifolds,
+                                                  int n_manifolds, btTypedConstraint** constraints,
+                                                  int n_constraints,
+                                                  const btContactSolverInfo& info,
+                                                  btIDebugDraw* drawer) {
   // Bullet finds no rows of friction, and leaves those in memory as they are.
   btConstraintArray& rows = m_tmpSolverContactFrictionConstraintPool;
   const int n_rows = rows.size();
@@ -17,8 +19,7 @@ btScalar ConeFrictionSolver::solveSingleIteration(
       iteration, bodies, n_bodies, manifolds, n_manifolds, constraints, n_constraints, info,
       drawer);
   rows.resizeNoInitialize(n_rows);
-  for (int first = 0; first + 1 < n_rows; first += 2)
-    residual = std::max(residual, correct(first));
+  for (int first = 0; first + 1 < n_rows; first += 2) residual = std::max(residual, correct(first));
   return residual;
 }
 

@@ -9,6 +9,7 @@
 #include "core/rigid/facets.h"
 #include "core/rigid/manifold_point.h"
 #include "core/rigid/pair_algorithm.h"
+#include "core/rigid/seams.h"
 #include "core/rigid/step_motion.h"
 
 namespace loomstone {
@@ -18,7 +19,6 @@ namespace {
 using Corners = HullOnTriangles::Corners;
 
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
-constexpr double flush_share = 0.02;    // largest step between flush surfaces [contact distances]
 // Contact planes of consecutive steps count as the same plane if the cosine of the angle between
 // their normals is at least this value.
 constexpr btScalar still_same_plane = 0.9;

@@ -81,3 +81,37 @@ TEST_CASE("a step between two obstacles stops a cube that slides against it") {
   CHECK(end.positions(0, 0) < 0.451);
   CHECK(end.velocities(0, 0) < 0.25);
 }
+
+TEST_CASE("a ball rolls over the seams of flush obstacles without losing speed or hopping") {
+  const double speed = GENERATE(0.5, 2.0, 5.0), step = GENERATE(1e-3, 4e-3, 1e-2),
+               friction = GENERATE(0.0, 0.5);
+  CAPTURE(speed, step, friction);
+  RigidBody ball = body_of(icosphere(0.05, 2), "sphere", Vec3(0, 0.013, 0.05));
+  ball.friction = friction, ball.velocity = Vec3(speed, 0, 0);
+  ball.angular_velocity = Vec3(0, speed / 0.05, 0);
+  const RigidState end = slide(ball, {0.0, 0.0, 0.0}, friction, step, 2.0);
+  CHECK(end.positions(0, 0) == Approx(2.0).epsilon(1e-4));
+  CHECK(end.velocities(0, 0) == Approx(speed).epsilon(1e-4));
+  CHECK(std::abs(end.positions(0, 2) - 0.05) < 2e-6);
+}
+
+TEST_CASE("a ball that bounces near a seam keeps its velocity along the surface") {
+  const double step = GENERATE(5e-4, 1e-3, 4e-3, 1e-2);
+  for (int k = 0; k < 21; ++k) {
+    const double landing = 0.5 + 0.004 * (k - 10);  // relative to the first slab [m]
+    CAPTURE(step, landing);
+    RigidBody ball = body_of(icosphere(0.05, 2), "sphere", Vec3(landing - 0.4, 0, 0.25));
+    ball.friction = 0.0, ball.restitution = 0.8, ball.velocity = Vec3(2, 0, 0);
+    const RigidState end = slide(ball, {0.0, 0.0}, 0.0, step, 0.6);
+    CHECK(end.velocities(0, 0) == Approx(2.0).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("a step between two obstacles stops a ball that rolls against it") {
+  const double step = GENERATE(1e-3, 4e-3, 1e-2), height = GENERATE(0.02, 0.05, 0.2);
+  CAPTURE(step, height);
+  RigidBody ball = body_of(icosphere(0.05, 2), "sphere", Vec3(0, 0, 0.05));
+  ball.friction = 0.0, ball.velocity = Vec3(0.5, 0, 0);
+  const RigidState end = slide(ball, {0.0, height}, 0.0, step, 1.0);
+  CHECK(end.positions(0, 0) < 0.47);
+}
