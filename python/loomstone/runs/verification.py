@@ -7,12 +7,12 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from .. import _core
-from .._core import CacheError, Frame, FrameTopology
+from .._core import Frame, FrameTopology
 from .tables import read_rows, read_table, write_table
 
 __all__ = [
@@ -47,33 +47,45 @@ def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
     return Intersections(cloth, len(pairs) - cloth)
 
 
+class _Frames(Protocol):
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Frame: ...
+
+
 class FrameTable:
     """frames.csv: one row of counts per frame.
 
-    Raises CacheError if an existing table is damaged, or lacks a frame between its first one and
-    `until_frame`.
+    stored : the frames that the run has stored, of which the last has the index `until_frame` - 1
+
+    Counts the intersections of stored frames that an existing table lacks. Raises CacheError if the
+    table is damaged.
     """
 
     HEADER = ("frame", "time", "intersecting_pairs", "pairs_among_bodies")
 
-    def __init__(self, path: Path, topology: FrameTopology, until_frame: int) -> None:
+    def __init__(
+        self, path: Path, topology: FrameTopology, stored: _Frames, until_frame: int
+    ) -> None:
         self._path, self._topology = path, topology
-        kept: list[list[str]] = []
+        known: dict[float, list[Any]] = {}
         if path.exists() and until_frame > 0:
             _, rows = read_table(path, self.HEADER[0])
-            kept = [row for row in rows if float(row[0]) < until_frame]
-            found = [float(row[0]) for row in kept]
-            if kept and found != list(range(int(found[0]), until_frame)):
-                raise CacheError(
-                    f"{path}: must have a row for each frame up to {until_frame - 1}, got"
-                    f" {len(kept)} rows; remove it to continue without --verify"
-                )
+            known = {float(row[0]): list(row) for row in rows}
+        indices = range(until_frame - len(stored), until_frame)
+        kept = [
+            known[index] if index in known else self._row(index, stored[place])
+            for place, index in enumerate(indices)
+        ]
         write_table(path, self.HEADER, kept)
 
     def add(self, index: int, frame: Frame) -> None:
-        counts = count_intersections(self._topology, frame)
+        row = self._row(index, frame)
         with self._path.open("a", newline="") as file:
-            csv.writer(file).writerow([index, frame.time, counts.cloth, counts.bodies])
+            csv.writer(file).writerow(row)
+
+    def _row(self, index: int, frame: Frame) -> list[Any]:
+        counts = count_intersections(self._topology, frame)
+        return [index, frame.time, counts.cloth, counts.bodies]
 
     def summary(self) -> dict[str, Any]:
         with self._path.open(newline="") as file:

@@ -86,7 +86,7 @@ class Writer(NoWriter):
         following: int,
     ) -> None:
         """Removes from the tables of steps the rows of all steps that will be computed again. With
-        `options.verify`, also removes the rows of frames.csv whose frames will be written again.
+        `options.verify`, frames.csv gets a row for each stored frame.
 
         following : index of the next frame
         """
@@ -96,10 +96,11 @@ class Writer(NoWriter):
         self._steps = StepTable(directory / "steps.csv", simulation.step_index)
         for name, _ in (FORCED, BROKEN):
             keep_rows(directory / name, simulation.step_index)
-        checks = directory / "frames.csv"
-        self._checks = (
-            FrameTable(checks, simulation.topology, following) if options.verify else None
-        )
+        self._checks: FrameTable | None = None
+        if options.verify:
+            with Run(directory) as stored:
+                checks = directory / "frames.csv"
+                self._checks = FrameTable(checks, simulation.topology, stored, following)
         self._painter: Painter | None = None
 
     def draw_with(self, painter: Painter) -> None:

@@ -24,10 +24,31 @@ def test_a_verified_run_records_the_count_of_every_frame_also_where_it_was_resum
     )
 
 
+@pytest.mark.parametrize("left", [None, "", "frame,time,intersecting_pairs,pairs_among_bodies"])
+def test_frames_that_were_not_counted_are_counted_when_a_run_is_continued(
+    hanging, euler, tmp_path, left
+):
+    def run(duration, **options):
+        sim = ls.Simulation(hanging, integrator=euler, threads=1)
+        return sim.run(out=tmp_path / "v", duration=duration, resume=duration > 0.1, **options)
+
+    run(0.08, verify=True)
+    table = tmp_path / "v" / "frames.csv"
+    whole = table.read_text()
+    if left is None:
+        table.unlink()  # as if the run had begun without `verify`
+    else:
+        table.write_text(left or whole[:-12])  # the last row is cut
+    report = run(0.12, verify=True)
+    assert report["verified_frames"] == 4 and table.read_text().startswith(whole)
+    run(0.16)
+    assert run(0.2, verify=True)["verified_frames"] == 6
+    assert [row.split(",")[0] for row in table.read_text().split()[1:]] == list("012345")
+
+
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda text: text[:-12], "must have a row for each frame up to 2, got 2 rows; remove it"),
         (lambda text: text.replace("0.04", "much"), "line 3: must be 4 numbers"),
         (lambda text: "", "must begin with the column 'frame'"),
         (lambda text: text + "\ud800", "cannot be read as one"),
