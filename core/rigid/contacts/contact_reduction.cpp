@@ -19,7 +19,7 @@ class Reduction {
  public:
   Reduction(const std::vector<HullContact>& contacts, double near,
             const std::vector<HullContact>& before)
-      : contacts_(contacts), margin_(0.02 * near), all_(contacts.size()) {
+      : contacts_(contacts), margin_(0.003 * near), all_(contacts.size()) {
     std::iota(all_.begin(), all_.end(), std::size_t{0});
     double deepest = near;
     for (const HullContact& contact : contacts) {
