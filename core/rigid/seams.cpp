@@ -52,14 +52,16 @@ btScalar closing_time(const Met& met, const btVector3& motion) {
   return closed > met.gap ? met.gap / closed : 2.0;
 }
 
-// Returns the motion of a sphere without the parts that contacts block which come before `last` and
-// belong to other objects.
+// Returns the motion of a sphere without the parts that contacts with other obstacles block which
+// come before `last`. Bodies may give way, so their contacts do not count.
 btVector3 motion_left(const std::vector<Met>& contacts, const Met& last, const btVector3& motion) {
   const btScalar end = closing_time(last, motion);
   btVector3 left = motion;
   for (int pass = 0; pass < 2; ++pass)
     for (const Met& met : contacts) {
-      if (met.manifold == last.manifold || closing_time(met, motion) >= end) continue;
+      if (met.manifold == last.manifold || !second(*met.manifold).isStaticOrKinematicObject() ||
+          closing_time(met, motion) >= end)
+        continue;
       const btScalar blocked = -met.normal.dot(left - met.other_motion) - met.gap;
       if (blocked > 0.0) left += blocked * met.normal;
     }
@@ -105,16 +107,16 @@ void remove_contacts_behind_others(btDispatcher& dispatcher, btScalar step) {
         visit(manifold, first(manifold).getUserIndex());
     }
   };
-  // Spheres with contacts with two or more objects, one of which is no sphere.
-  std::vector<int> n_objects, n_surfaces;
+  // Spheres with contacts with an obstacle and another object.
+  std::vector<int> n_objects, n_obstacles;
   each_of_spheres([&](const btPersistentManifold& manifold, int ball) {
     if (ball >= static_cast<int>(n_objects.size()))
-      n_objects.resize(ball + 1, 0), n_surfaces.resize(ball + 1, 0);
-    ++n_objects[ball], n_surfaces[ball] += !is_sphere(second(manifold));
+      n_objects.resize(ball + 1, 0), n_obstacles.resize(ball + 1, 0);
+    ++n_objects[ball], n_obstacles[ball] += second(manifold).isStaticOrKinematicObject();
   });
   std::vector<std::vector<Met>> contacts(n_objects.size());
   each_of_spheres([&](btPersistentManifold& manifold, int ball) {
-    if (n_objects[ball] < 2 || n_surfaces[ball] == 0) return;
+    if (n_objects[ball] < 2 || n_obstacles[ball] == 0) return;
     for (int k = 0; k < manifold.getNumContacts(); ++k)
       contacts[ball].push_back(met_at(manifold, k, step));
   });

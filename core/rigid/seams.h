@@ -1,4 +1,4 @@
-// Contacts at seams between obstacles or bodies whose surfaces are flush.
+// Contacts at seams between obstacles whose surfaces are flush.
 #pragma once
 
 #include "core/rigid/bullet.h"
@@ -8,10 +8,10 @@ namespace loomstone {
 // Largest step between flush surfaces, in contact distances (Bullet's contact breaking threshold).
 inline constexpr btScalar flush_share = 0.02;
 
-// A collision algorithm knows one pair. Where a sphere meets a surface A near its seam with B, the
-// algorithm for B finds that the motion of the sphere, which A stops, ends at the edge of B.
+// A collision algorithm knows one pair. Where a sphere meets an obstacle A near its seam with B,
+// the algorithm for B finds that the motion of the sphere, which A stops, ends at the edge of B.
 // Removes such contacts: those that the motion of a sphere in a step [s] would close, but that this
-// motion does not reach after earlier contacts with other objects have blocked a part of it.
+// motion does not reach after earlier contacts with other obstacles have blocked a part of it.
 void remove_contacts_behind_others(btDispatcher& dispatcher, btScalar step);
 
 }  // namespace loomstone

@@ -400,19 +400,6 @@ def test_gltf_contains_textures_and_looks(textured, tmp_path):
     assert ball.material.baseColorFactor.tolist() == [0, 255, 0, 255]
 
 
-def test_a_surface_may_have_the_name_of_the_scope_of_materials(hanging, tmp_path):
-    pxr = pytest.importorskip("pxr.UsdGeom")
-    cloth = ls.Cloth(name="materials", mesh=hanging.cloths[0].mesh, pins=[0])
-    ls.Simulation(ls.Scene(cloths=[cloth]), threads=1).run(out=tmp_path / "run", duration=0.04)
-    from pxr import Usd, UsdShade
-
-    stage = Usd.Stage.Open(str(ls.Run(tmp_path / "run").export(tmp_path / "run.usdc")[0]))
-    mesh = pxr.Mesh(stage.GetPrimAtPath("/run/materials"))
-    assert mesh and len(mesh.GetFaceVertexCountsAttr().Get()) == 128
-    material, _ = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()
-    assert material.GetPath() == "/run/materials_/materials_0"
-
-
 def test_usd_has_textures_in_files_beside_it(textured, tmp_path):
     pxr = pytest.importorskip("pxr.Usd")
     from PIL import Image

@@ -83,3 +83,16 @@ def test_meshes_of_the_same_name_are_chosen_by_path(tmp_path, write, suffix):
     said = "parts must be names of its meshes, .*'/a/mesh', '/b/mesh'.*, got '/c/mesh'"
     with pytest.raises(ls.InvalidInput, match=said):
         ls.obstacles.baked(path, parts=["/c/mesh"])
+
+
+def test_a_surface_may_have_the_name_of_the_scope_of_materials(hanging, tmp_path):
+    pxr = pytest.importorskip("pxr.UsdGeom")
+    cloth = ls.Cloth(name="materials", mesh=hanging.cloths[0].mesh, pins=[0])
+    ls.Simulation(ls.Scene(cloths=[cloth]), threads=1).run(out=tmp_path / "run", duration=0.04)
+    from pxr import Usd, UsdShade
+
+    stage = Usd.Stage.Open(str(ls.Run(tmp_path / "run").export(tmp_path / "run.usdc")[0]))
+    mesh = pxr.Mesh(stage.GetPrimAtPath("/run/materials"))
+    assert mesh and len(mesh.GetFaceVertexCountsAttr().Get()) == 128
+    material, _ = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()
+    assert material.GetPath() == "/run/materials_/materials_0"
