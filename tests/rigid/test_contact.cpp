@@ -280,3 +280,22 @@ TEST_CASE("friction of a disc that slides and spins opposes the sliding of each 
   // A step has four contacts at the rim, whose places relative to the velocity change.
   CHECK(state.positions(0, 0) == Approx(way_of_rim(0.05, spin, 0.3, 9.81)).epsilon(0.01));
 }
+
+TEST_CASE("a cylinder loses the speed of the impacts of its facets while it rolls, and no more") {
+  const int sides = GENERATE(64, 128, 200, 250);
+  const double step = GENERATE(2e-4, 1e-3, 4e-3), radius = 0.05, speed = 0.25;
+  CAPTURE(sides, step);
+  RigidBody roller = body_of(cylinder(radius, 2.0 * radius, sides), "convex", Vec3(0, 0, radius));
+  roller.orientation = Vec4(std::sqrt(0.5), std::sqrt(0.5), 0, 0);
+  roller.friction = 0.5, roller.velocity = Vec3(speed, 0, 0);
+  roller.angular_velocity = Vec3(0, speed / radius, 0);
+  RigidWorld world({roller}, {floor_of(4.0, 1, 0.5)}, gravity);
+  RigidState state = world.initial_state();
+  run(world, state, step, static_cast<int>(std::round(1.0 / step)), 1);
+  // Each facet, of length 2 r sin(pi / n), lands without a bounce. The angular momentum about its
+  // new edge stays the same, so the angular velocity falls by 2/3 (1 - cos(2 pi / n)) of itself.
+  const double share = 2.0 / 3.0 * (1.0 - std::cos(2.0 * M_PI / sides)),
+               rate = share / (2.0 * radius * std::sin(M_PI / sides));
+  const double wanted = speed / (1.0 + rate * speed);
+  CHECK(state.velocities(0, 0) == Approx(wanted).epsilon(0.07));
+}

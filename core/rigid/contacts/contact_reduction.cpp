@@ -17,9 +17,9 @@ constexpr std::size_t most_kept = 4;  // largest number of contacts in a Bullet 
 // Contacts that existed in the last step count as slightly deeper and farther out.
 class Reduction {
  public:
-  Reduction(const std::vector<HullContact>& contacts, double near,
+  Reduction(const std::vector<HullContact>& contacts, double near, double margin,
             const std::vector<HullContact>& before)
-      : contacts_(contacts), margin_(0.003 * near), all_(contacts.size()) {
+      : contacts_(contacts), margin_(margin), all_(contacts.size()) {
     std::iota(all_.begin(), all_.end(), std::size_t{0});
     double deepest = near;
     for (const HullContact& contact : contacts) {
@@ -169,11 +169,11 @@ void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
 
 }  // namespace
 
-void reduce_contacts(std::vector<HullContact>& contacts, double near,
+void reduce_contacts(std::vector<HullContact>& contacts, double near, double margin,
                      const std::vector<HullContact>& before) {
   leave_out_repeated(contacts, 1e-6 * near);
   if (contacts.size() <= most_kept) return;
-  Indices kept = Reduction(contacts, near, before).kept();
+  Indices kept = Reduction(contacts, near, margin, before).kept();
   std::ranges::sort(kept);
   kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
   std::vector<HullContact> reduced;
