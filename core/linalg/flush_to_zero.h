@@ -1,6 +1,6 @@
 // Arithmetic without denormal numbers. Iterations that converge leave ever smaller numbers where a
 // system is undisturbed, and processors take up to a hundred times as long for denormal ones. All
-// threads of a solve use it, so the number of threads changes no bit.
+// threads of a solve by conjugate gradients use it, so the number of threads changes no bit.
 #pragma once
 
 #if defined(__SSE2__)

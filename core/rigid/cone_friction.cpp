@@ -11,7 +11,7 @@ btScalar ConeFrictionSolver::solveSingleIteration(int iteration, btCollisionObje
                                                   int n_constraints,
                                                   const btContactSolverInfo& info,
                                                   btIDebugDraw* drawer) {
-  // Bullet finds no rows of friction, and leaves those in memory as they are.
+  // Hides the rows of friction from Bullet's iteration. Shrinking the array leaves them in memory.
   btConstraintArray& rows = m_tmpSolverContactFrictionConstraintPool;
   const int n_rows = rows.size();
   rows.resizeNoInitialize(0);
@@ -30,7 +30,7 @@ btScalar ConeFrictionSolver::correct(int first) {
   const btScalar bound = along.m_friction * std::max(normal, btScalar(0));
   btScalar to[2] = {along.m_appliedImpulse + stopping(along),
                     across.m_appliedImpulse + stopping(across)};
-  const btScalar length = std::hypot(to[0], to[1]);
+  const btScalar length = std::sqrt(to[0] * to[0] + to[1] * to[1]);
   if (length > bound) to[0] *= bound / length, to[1] *= bound / length;
   const btScalar changes[2] = {to[0] - along.m_appliedImpulse, to[1] - across.m_appliedImpulse};
   apply(along, changes[0]);

@@ -6,11 +6,11 @@
 namespace loomstone {
 
 // Bullet bounds the friction of a contact separately along two directions: that of the sliding
-// velocity and the perpendicular one. Where other contacts turn the sliding velocity, the second
-// bound lets friction hold its direction, with an additional force as large as the friction
-// coefficient times the normal force. A body that slides and spins would then keep the ratio of the
-// two motions. This solver bounds the length of the friction impulse instead, so friction opposes
-// the sliding velocity of its own contact.
+// velocity at the start of the step and the perpendicular one. Where other contacts turn the
+// sliding velocity, friction along the second direction would prevent that, with up to the same
+// force. A body that slides and spins would then keep the ratio of the two motions. This solver
+// bounds the length of the friction impulse instead, so friction opposes the sliding velocity of
+// its own contact, up to the change of direction within a step.
 class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
  protected:
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int n_bodies,

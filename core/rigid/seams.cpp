@@ -9,7 +9,7 @@ namespace loomstone {
 namespace {
 
 // A contact of a sphere, which is the first body of its manifold.
-struct Met {
+struct BallContact {
   btPersistentManifold* manifold;
   int point;
   btVector3 normal, on_other;  // the normal points to the sphere
@@ -27,6 +27,7 @@ const btRigidBody& second(const btPersistentManifold& manifold) {
 bool is_sphere(const btCollisionObject& object) {
   return object.getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
 }
+bool is_obstacle(const btCollisionObject& object) { return object.isStaticOrKinematicObject(); }
 
 // Returns the motion of a body at a point in a step without contacts [m].
 btVector3 motion_at(const btRigidBody& body, const btVector3& point, btScalar step) {
@@ -34,7 +35,7 @@ btVector3 motion_at(const btRigidBody& body, const btVector3& point, btScalar st
   return step * (body.getVelocityInLocalPoint(arm) + step * body.getGravity());
 }
 
-Met met_at(btPersistentManifold& manifold, int k, btScalar step) {
+BallContact contact_of(btPersistentManifold& manifold, int k, btScalar step) {
   const btManifoldPoint& point = manifold.getContactPoint(k);
   const btVector3& on_other = point.getPositionWorldOnB();
   return {&manifold,
@@ -47,52 +48,73 @@ Met met_at(btPersistentManifold& manifold, int k, btScalar step) {
 
 // Returns the share of the step after which a motion of the sphere closes the gap, or 2 if it does
 // not.
-btScalar closing_time(const Met& met, const btVector3& motion) {
-  const btScalar closed = -met.normal.dot(motion - met.other_motion);
-  return closed > met.gap ? met.gap / closed : 2.0;
+btScalar closing_time(const BallContact& contact, const btVector3& motion) {
+  const btScalar closed = -contact.normal.dot(motion - contact.other_motion);
+  return closed > contact.gap ? contact.gap / closed : 2.0;
 }
 
-// Returns the motion of a sphere without the parts that contacts with other obstacles block which
-// come before `last`. Bodies may give way, so their contacts do not count.
-btVector3 motion_left(const std::vector<Met>& contacts, const Met& last, const btVector3& motion) {
-  const btScalar end = closing_time(last, motion);
-  btVector3 left = motion;
-  for (int pass = 0; pass < 2; ++pass)
-    for (const Met& met : contacts) {
-      if (met.manifold == last.manifold || !second(*met.manifold).isStaticOrKinematicObject() ||
-          closing_time(met, motion) >= end)
-        continue;
-      const btScalar blocked = -met.normal.dot(left - met.other_motion) - met.gap;
-      if (blocked > 0.0) left += blocked * met.normal;
-    }
-  return left;
+// Path of a sphere that `earlier` contacts with other obstacles than that of `contact` block: the
+// motion in the step [m], and the direction in which the sphere goes on. Bodies may give way, so
+// contacts with them do not count.
+struct Path {
+  Path(const std::vector<BallContact>& earlier, const BallContact& contact, const btVector3& whole)
+      : motion(whole), direction(whole) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (const BallContact& other : earlier) {
+        if (other.manifold == contact.manifold || !is_obstacle(second(*other.manifold))) continue;
+        block(other, other.gap, motion);
+        block(other, 0.0, direction);
+      }
+  }
+  static void block(const BallContact& by, btScalar gap, btVector3& motion) {
+    const btScalar blocked = -by.normal.dot(motion - by.other_motion) - gap;
+    if (blocked > 0.0) motion += blocked * by.normal;
+  }
+
+  btVector3 motion, direction;
+};
+
+// Distance of a point from the part [0, end] of a ray, in lengths of `direction`.
+btScalar distance_from_ray(const btVector3& point, const btVector3& from,
+                           const btVector3& direction, btScalar end) {
+  const btScalar length2 = direction.length2();
+  const btScalar share = length2 > 0.0 ? (point - from).dot(direction) / length2 : 0.0;
+  return (from + std::clamp(share, btScalar(0), end) * direction - point).length();
 }
 
-btScalar distance_from_path(const btVector3& point, const btVector3& from, const btVector3& path) {
-  const btScalar length2 = path.length2();
-  const btScalar share = length2 > 0.0 ? (point - from).dot(path) / length2 : 0.0;
-  return (from + std::clamp(share, btScalar(0), btScalar(1)) * path - point).length();
+// Returns whether a sphere passes the other object on its path, although its whole motion `whole`
+// would meet it. The contact point stands for the object, which is right only if the two differ
+// little. A short motion enters no object far, so the path is continued beyond the step.
+bool passes(const BallContact& contact, const btVector3& whole, const Path& path) {
+  const btRigidBody& sphere = first(*contact.manifold);
+  const btVector3& centre = sphere.getWorldTransform().getOrigin();
+  const btScalar radius =
+      static_cast<const btSphereShape&>(*sphere.getCollisionShape()).getRadius();
+  const btScalar blocked = (path.motion - whole).length();
+  const btVector3 motion = path.motion - contact.other_motion,
+                  direction = path.direction - contact.other_motion;
+  if (blocked == 0.0 || blocked > 0.5 * radius || direction.length() < 1e-6 * whole.length())
+    return false;
+  const btScalar least = radius - flush_share * contact.manifold->getContactBreakingThreshold();
+  return distance_from_ray(contact.on_other, centre, motion, 1.0) >= least &&
+         distance_from_ray(contact.on_other, centre + motion, direction, BT_LARGE_FLOAT) >= least;
 }
 
 // Removes contacts of a sphere. `contacts` contains all that it has.
-void remove_unreached(const std::vector<Met>& contacts, btScalar step) {
+void remove_passed(std::vector<BallContact> contacts, btScalar step) {
   const btRigidBody& sphere = first(*contacts.front().manifold);
-  const btVector3 centre = sphere.getWorldTransform().getOrigin(),
-                  motion = motion_at(sphere, centre, step);
-  const btScalar radius =
-      static_cast<const btSphereShape&>(*sphere.getCollisionShape()).getRadius();
-  std::vector<Met> removed;
-  for (const Met& met : contacts) {
-    if (is_sphere(second(*met.manifold)) || closing_time(met, motion) > 1.0) continue;
-    const btVector3 left = motion_left(contacts, met, motion);
-    const btScalar least = radius - flush_share * met.manifold->getContactBreakingThreshold();
-    if (left != motion &&
-        distance_from_path(met.on_other, centre, left - met.other_motion) >= least)
-      removed.push_back(met);
+  const btVector3 motion = motion_at(sphere, sphere.getWorldTransform().getOrigin(), step);
+  std::ranges::stable_sort(contacts, {}, [&](const auto& c) { return closing_time(c, motion); });
+  std::vector<BallContact> kept, removed;
+  for (const BallContact& contact : contacts) {
+    const bool closes = closing_time(contact, motion) <= 1.0;
+    const bool out = closes && is_obstacle(second(*contact.manifold)) &&
+                     passes(contact, motion, Path(kept, contact, motion));
+    if (closes) (out ? removed : kept).push_back(contact);
   }
   // In descending order, because Bullet moves the last point of a manifold to the removed place.
-  std::ranges::stable_sort(removed, std::greater<>(), &Met::point);
-  for (const Met& met : removed) met.manifold->removeContactPoint(met.point);
+  std::ranges::stable_sort(removed, std::greater<>(), &BallContact::point);
+  for (const BallContact& contact : removed) contact.manifold->removeContactPoint(contact.point);
 }
 
 }  // namespace
@@ -103,25 +125,23 @@ void remove_contacts_behind_others(btDispatcher& dispatcher, btScalar step) {
     for (int m = 0; m < n_manifolds; ++m) {
       btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
       if (manifold.getNumContacts() > 0 && is_sphere(first(manifold)) &&
-          !first(manifold).isStaticOrKinematicObject())
+          !is_obstacle(first(manifold)))
         visit(manifold, first(manifold).getUserIndex());
     }
   };
-  // Spheres with contacts with an obstacle and another object.
-  std::vector<int> n_objects, n_obstacles;
+  std::vector<int> n_obstacles;  // with which each ball has contacts
   each_of_spheres([&](const btPersistentManifold& manifold, int ball) {
-    if (ball >= static_cast<int>(n_objects.size()))
-      n_objects.resize(ball + 1, 0), n_obstacles.resize(ball + 1, 0);
-    ++n_objects[ball], n_obstacles[ball] += second(manifold).isStaticOrKinematicObject();
+    if (ball >= static_cast<int>(n_obstacles.size())) n_obstacles.resize(ball + 1, 0);
+    n_obstacles[ball] += is_obstacle(second(manifold));
   });
-  std::vector<std::vector<Met>> contacts(n_objects.size());
+  std::vector<std::vector<BallContact>> contacts(n_obstacles.size());
   each_of_spheres([&](btPersistentManifold& manifold, int ball) {
-    if (n_objects[ball] < 2 || n_obstacles[ball] == 0) return;
+    if (n_obstacles[ball] < 2) return;
     for (int k = 0; k < manifold.getNumContacts(); ++k)
-      contacts[ball].push_back(met_at(manifold, k, step));
+      contacts[ball].push_back(contact_of(manifold, k, step));
   });
-  for (const std::vector<Met>& of_sphere : contacts)
-    if (!of_sphere.empty()) remove_unreached(of_sphere, step);
+  for (const std::vector<BallContact>& of_ball : contacts)
+    if (!of_ball.empty()) remove_passed(of_ball, step);
 }
 
 }  // namespace loomstone

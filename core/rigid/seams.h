@@ -5,7 +5,8 @@
 
 namespace loomstone {
 
-// Largest step between flush surfaces, in contact distances (Bullet's contact breaking threshold).
+// Largest difference in height of flush surfaces, in contact distances (Bullet's contact breaking
+// threshold, about a fiftieth of the size of a body).
 inline constexpr btScalar flush_share = 0.02;
 
 // A collision algorithm knows one pair. Where a sphere meets an obstacle A near its seam with B,

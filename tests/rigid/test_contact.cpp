@@ -297,5 +297,8 @@ TEST_CASE("a cylinder loses the speed of the impacts of its facets while it roll
   const double share = 2.0 / 3.0 * (1.0 - std::cos(2.0 * M_PI / sides)),
                rate = share / (2.0 * radius * std::sin(M_PI / sides));
   const double wanted = speed / (1.0 + rate * speed);
+  // Facets bounce a little within Bullet's tolerance of a micrometre, so the loss is accurate only
+  // to a few hundredths of the speed.
   CHECK(state.velocities(0, 0) == Approx(wanted).epsilon(0.07));
+  if (sides == 64) CHECK(speed - state.velocities(0, 0) > 0.6 * (speed - wanted));
 }

@@ -22,8 +22,8 @@ struct HullContact {
 // surface on which the hull lies (facing_normals.h). An edge or corner of a triangle has contacts
 // only in directions in which no other triangle at this edge or corner extends farther. Triangles
 // count as neighbours if they have corners with bitwise equal coordinates. Internal edges of a flat
-// surface therefore do not block a hull that slides over it. Nor does the side of an obstacle that
-// is flush with the surface on which the hull slides.
+// surface therefore do not block a hull that slides over it. Nor does the side of
+// another obstacle whose top is flush with that surface.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -34,7 +34,7 @@ class HullOnTriangles {
     const std::vector<Corners>& triangles;
     std::size_t n_met;  // the first n_met triangles can have contacts; others are only neighbours
     double near;        // largest gap of a contact [m]
-    double flush;       // largest step [m] between surfaces that count as flush
+    double flush;       // largest difference in height [m] of surfaces that count as flush
     std::size_t most;   // largest number of planes
     const Contacts& before;  // contacts of the last step, whose `point` lies on the hull
   };
@@ -61,9 +61,10 @@ class HullOnTriangles {
   // `met` among the axes along which contacts are admissible. The normal of the triangle is always
   // admissible. The normal of two edges is a candidate only if the nearest points of their lines
   // lie on the edges. Returns false if there is no contact. This is the case if the gap along some
-  // axis exceeds `query.near`, if hull and triangle overlap along `best` but are clearly apart
-  // along an axis that is not a candidate, or if they are apart along `best` but would pass each
-  // other, because they are flush along an admissible axis at more than 45 degrees to it.
+  // axis exceeds `query.near`, or if hull and triangle overlap along `best` but are clearly apart
+  // along an axis that is not a candidate. There is none either if they hardly overlap along `best`
+  // and would pass each other, because they are flush along an admissible axis at more than 45
+  // degrees to it.
   bool least_overlap(const Query& query, std::size_t t, const Vec3& normal, Axis& best, Axis& met);
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);

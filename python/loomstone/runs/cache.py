@@ -161,14 +161,17 @@ class Run:
     def metadata(self) -> dict[str, Any]:
         """Options of the run and, after `loomstone run`, the scene file and its parameters.
 
-        Empty for files of other programs. The duration is that of the last extension. Raises
-        CacheError if extension.json cannot be read.
+        Empty for files of other programs. The duration is the longest that was given so far, and
+        `control` tells whether a control function was ever given. Raises CacheError if
+        extension.json cannot be read.
         """
         try:
             content = json.loads(self._reader.metadata or "{}")
         except json.JSONDecodeError:
             return {}
-        return content | extension(self.directory) if isinstance(content, dict) else {}
+        if not content or not isinstance(content, dict):
+            return {}
+        return content | extension(self.directory)
 
     @property
     def metadata_text(self) -> str:

@@ -7,6 +7,7 @@ their entries: a longer duration, and whether a control function was given.
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +28,29 @@ def extension(directory: Path) -> dict[str, Any]:
     file = directory / EXTENSION
     try:
         changed = json.loads(file.read_text())
+        told = _damage(changed)
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise CacheError(f"{file} cannot be read: {error}") from error
-    if not isinstance(changed, dict):
-        raise CacheError(f"{file} cannot be read: it must contain a JSON object")
-    return changed
+        told = str(error)
+    if told:
+        raise CacheError(
+            f"{file} cannot be read: {told}; remove it to keep the duration with which the run"
+            " began"
+        )
+    return dict(changed)
+
+
+def _damage(changed: Any) -> str:
+    """Returns what is wrong with the content of the file, or an empty string."""
+    if not isinstance(changed, dict) or not set(changed) <= {"duration", "control"}:
+        return "it must be a JSON object with the entries duration and control"
+    duration = changed.get("duration", 0.0)
+    if isinstance(duration, bool) or not isinstance(duration, (int, float)):
+        return f"duration must be a number, got {duration!r}"
+    if not math.isfinite(duration) or not isinstance(changed.get("control", True), bool):
+        return "duration must be finite, and control true or false"
+    return ""
 
 
 def extend(

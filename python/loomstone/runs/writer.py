@@ -27,7 +27,8 @@ from ..pictures.renderer import Renderer
 from ..pictures.video import encode
 from .cache import Run
 from .checkpoints import checkpoint_files, write_checkpoint
-from .extension import EXTENSION, extend
+from .extension import EXTENSION, extend, extension
+from .frame_times import frame_count
 from .leftovers import PARTS, leftovers
 from .lock import DirectoryLock
 from .motions import motion_files, write_motion
@@ -161,15 +162,12 @@ class Writer(NoWriter):
             write_motion(self._directory, step, motion)
 
     def go_on(self, *, controlled: bool) -> None:
-        """Notes that an existing run gets further frames: until its new end, it has no report.
+        """Records the options with which an existing run gets further frames.
 
         controlled : whether a control function is given
         """
-        with self._writing():
-            self._wall_time.keep()
-            (self._directory / "report.json").unlink(missing_ok=True)
-            with Run(self._directory) as begun:
-                extend(self._directory, begun.metadata, self._options, controlled=controlled)
+        with self._writing(), Run(self._directory) as begun:
+            extend(self._directory, begun.metadata, self._options, controlled=controlled)
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():
@@ -242,14 +240,17 @@ def open_writer(
     directory = lock.directory
     renderer = Renderer(simulation.topology, options.render) if options.render else None
     first = None
+    wall_time = WallTime(directory, resumed=metadata is None)
     if metadata is None:
         first = _reopen(directory, options, following)
+        if following < frame_count(options.duration, options.rate):
+            wall_time.keep()  # before the report is removed, which contains it, too
+            (directory / "report.json").unlink(missing_ok=True)
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
         _make_room(lock, options, metadata, overwrite)
         frames = FrameWriter(str(directory), simulation.topology, metadata, options.compression)
         _store_scene(directory, simulation, metadata)
-    wall_time = WallTime(directory, resumed=metadata is None)
     writer = Writer(directory, simulation, options, frames, wall_time, following=following)
     if renderer and options.render and not needs_all_frames(options.render):
         lines = options.render.field_lines
@@ -264,6 +265,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 
     Returns the first frame of the run, or None if no pictures are drawn or no frame is kept.
     """
+    extension(directory)  # raises an error if it is damaged
     _check_rate(directory, options.rate)
     if not options.render:
         return None
@@ -324,6 +326,7 @@ def _make_room(lock: DirectoryLock, options: RunOptions, metadata: str, overwrit
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     if (directory / "run.vtkhdf").exists():
         _remove_run(directory)
+    _remove_continuations(directory)
     if options.render:
         claim(
             directory / "frames",
@@ -367,7 +370,6 @@ def _check_rate(directory: Path, rate: float) -> None:
 def _remove_run(directory: Path) -> None:
     """Removes the files of an earlier run, and its directory frames/ unless that is a link."""
     for name in (
-        "run.vtkhdf",
         "bodies.vtkhdf",
         *PARTS,
         "steps.csv",
@@ -378,12 +380,23 @@ def _remove_run(directory: Path) -> None:
         "limits.csv",
         "replay.csv",
         "report.json",
-        *(f"{begin}{name}" for name in (EXTENSION, WALL_TIME) for begin in ("", "unfinished-")),
+        WALL_TIME,
+        f"unfinished-{WALL_TIME}",
+        f"unfinished-{EXTENSION}",
         "video.mp4",
         STORED_SCENE,
     ):
         (directory / name).unlink(missing_ok=True)
-    for path in [*checkpoint_files(directory), *motion_files(directory)]:
+    for path in motion_files(directory):
         path.unlink()
     if (directory / "frames").is_dir() and not (directory / "frames").is_symlink():
         shutil.rmtree(directory / "frames")
+    _remove_continuations(directory)
+    (directory / "run.vtkhdf").unlink()  # last, so that a removal that was interrupted is repeated
+
+
+def _remove_continuations(directory: Path) -> None:
+    """Removes what another run in the same directory would be continued from."""
+    (directory / EXTENSION).unlink(missing_ok=True)
+    for path in checkpoint_files(directory):
+        path.unlink()

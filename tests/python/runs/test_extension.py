@@ -102,10 +102,46 @@ def test_a_new_run_forgets_the_extension_of_the_one_that_it_replaces(hanging, eu
     assert ls.Run(out).metadata["duration"] == 0.04
 
 
-def test_a_damaged_extension_is_an_error(hanging, euler, tmp_path):
+@pytest.mark.parametrize(
+    "text",
+    ["{", "[]", '{"duration": "long"}', '{"duration": NaN}', '{"control": 1}', '{"rate": 1}'],
+)
+def test_a_damaged_extension_is_an_error_and_leaves_the_run_as_it_was(
+    hanging, euler, tmp_path, text
+):
     out = tmp_path / "run"
     made(hanging, euler).run(out=out, duration=0.04)
-    for text in ("{", "[]"):
-        (out / "extension.json").write_text(text)
-        with pytest.raises(ls.CacheError, match="extension.json cannot be read"):
-            made(hanging, euler).run(out=out, duration=0.2, resume=True)
+    before = (out / "report.json").read_text()
+    (out / "extension.json").write_text(text)
+    for control in (None, lambda sim: None):
+        with pytest.raises(ls.CacheError, match="extension.json cannot be read: .*; remove it"):
+            made(hanging, euler).run(out=out, duration=0.2, resume=True, control=control)
+    (out / "extension.json").unlink()
+    assert (out / "report.json").read_text() == before and len(ls.Run(out)) == 2
+
+
+def test_a_new_run_is_not_continued_from_what_an_interrupted_removal_left(hanging, euler, tmp_path):
+    out = tmp_path / "run"
+    made(hanging, euler).run(out=out, duration=0.08)
+    made(hanging, euler).run(out=out, duration=0.16, resume=True)
+    (out / "run.vtkhdf").unlink()
+    made(hanging, euler).run(out=out, duration=0.04, overwrite=True)
+    assert ls.Run(out).metadata["duration"] == 0.04
+    report = made(hanging, euler).run(out=out, duration=0.04, resume=True)
+    assert report["frames"] == 2 and report["time"] == pytest.approx(0.04)
+
+
+def test_a_run_that_is_stopped_while_it_is_reopened_has_no_report(
+    hanging, euler, tmp_path, monkeypatch
+):
+    out = tmp_path / "run"
+    first = made(hanging, euler).run(out=out, duration=0.08)
+
+    def full(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("loomstone.runs.writer.StepTable", full)
+    with pytest.raises(KeyboardInterrupt):
+        made(hanging, euler).run(out=out, duration=0.2, resume=True)
+    assert not (out / "report.json").exists()
+    assert json.loads((out / "wall_time.json").read_text())["wall_seconds"] >= first["wall_seconds"]
