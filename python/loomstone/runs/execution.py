@@ -61,16 +61,18 @@ def execute(
         if resume:
             _restore(simulation, lock)
         following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
-        goes_on = resume and following < n_frames
         with together(ranks):
-            if goes_on and simulation.rank == 0 and control is None:
+            if resume and simulation.rank == 0 and control is None and following < n_frames:
                 _check_control(directory)
-            text = None if resume else _metadata_text(simulation, options, metadata or {}, control)
             writer = open_writer(
-                simulation, options, lock, text, overwrite=overwrite, following=following
+                simulation,
+                options,
+                lock,
+                None if resume else _metadata_text(simulation, options, metadata or {}, control),
+                overwrite=overwrite,
+                following=following,
+                controlled=control is not None,
             )
-            if goes_on:
-                writer.go_on(controlled=control is not None)
         began, first_step = time.perf_counter(), simulation.step_index
         watch.start(n_frames, following)
         speech = last_words(farewell if simulation.rank == 0 else "")
@@ -85,9 +87,8 @@ def execute(
             if number := simulation.agree(0 if drawn else received.number):
                 raise Interrupted(number)
             report = {
-                "frames": simulation.agree(writer.n_frames),
+                **_end_of(simulation, simulation.agree(writer.n_frames)),
                 **_of_this_process(time.perf_counter() - began, simulation.step_index - first_step),
-                **_end_of(simulation),
             }
             with together(ranks):
                 report = writer.finish(report)
@@ -130,9 +131,10 @@ def _of_this_process(seconds: float, steps: int) -> dict[str, Any]:
     }
 
 
-def _end_of(simulation: Any) -> dict[str, Any]:
+def _end_of(simulation: Any, n_frames: int) -> dict[str, Any]:
     """Returns what report.json says about the simulation at the end of a run."""
     return {
+        "frames": n_frames,
         "steps": simulation.step_index,
         "time": simulation.time,
         "preparation_seconds": simulation.preparation_seconds,

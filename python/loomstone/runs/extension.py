@@ -60,11 +60,12 @@ def extend(
 
     metadata : those of the run, with earlier extensions
     """
-    changed = extension(directory)
+    new: dict[str, Any] = {}
     if options.duration > metadata.get("duration", options.duration):
-        changed["duration"] = options.duration
+        new["duration"] = options.duration
     if controlled and not metadata.get("control", False):
-        changed["control"] = True
-    if changed != extension(directory):
+        new["control"] = True
+    if new:
+        text = json.dumps(extension(directory) | new)
         with replacement(directory / EXTENSION) as unfinished:
-            unfinished.write_text(json.dumps(changed) + "\n")
+            unfinished.write_text(text + "\n")

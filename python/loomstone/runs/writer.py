@@ -62,8 +62,6 @@ class NoWriter:
 
     def motion(self, step: int, motion: CollisionRecord) -> None: ...
 
-    def go_on(self, *, controlled: bool) -> None: ...
-
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
     def draw_rest(self, stop: Callable[[], bool]) -> bool:
@@ -161,14 +159,6 @@ class Writer(NoWriter):
         with self._writing():
             write_motion(self._directory, step, motion)
 
-    def go_on(self, *, controlled: bool) -> None:
-        """Records the options with which an existing run gets further frames.
-
-        controlled : whether a control function is given
-        """
-        with self._writing(), Run(self._directory) as begun:
-            extend(self._directory, begun.metadata, self._options, controlled=controlled)
-
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():
             self._steps.flush()
@@ -228,10 +218,12 @@ def open_writer(
     *,
     overwrite: bool,
     following: int,
+    controlled: bool,
 ) -> NoWriter:
     """Returns the writer of a run; on ranks other than 0, a NoWriter.
 
     `following` is the index of the next frame. If metadata is None, an existing run is continued.
+    `controlled` tells whether a control function is given.
     Takes the lock of a new run. If pictures cannot be drawn or the directory must not be used, an
     error is raised before anything is written.
     """
@@ -246,6 +238,8 @@ def open_writer(
         if following < frame_count(options.duration, options.rate):
             wall_time.keep()  # before the report is removed, which contains it, too
             (directory / "report.json").unlink(missing_ok=True)
+            with Run(directory) as begun:
+                extend(directory, begun.metadata, options, controlled=controlled)
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
         _make_room(lock, options, metadata, overwrite)
