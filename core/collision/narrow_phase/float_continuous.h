@@ -6,8 +6,8 @@
 // piece is proved "meet" or all are proved "apart":
 //   apart: the volume keeps its sign, or two normals have opposite signs in one coordinate
 //          throughout;
-//   meet:  the volume changes sign, and all normals have the same sign in one coordinate
-//   throughout.
+//   meet:  the volume changes sign, and one coordinate of all normals has the same sign
+//          throughout.
 // Bernstein coefficients bound a polynomial over a piece. The tests of signs allow for rounding
 // errors. The result is Open if rounding errors, very large or small numbers, or the limits of the
 // bisection prevent a proof.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._core import Frame
 
-__all__ = ["Stacked"]
+__all__ = ["Stacked", "StoredFrames"]
 
 
 def _chooses_frames(first: Any) -> bool:
@@ -24,7 +24,9 @@ def _chooses_frames(first: Any) -> bool:
     return array.dtype.kind in "iu" or (array.dtype == bool and array.ndim == 1)
 
 
-class _Frames(Protocol):
+class StoredFrames(Protocol):
+    """The frames of a run. loomstone.Run implements it."""
+
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Frame: ...
 
@@ -38,7 +40,7 @@ class Stacked(np.lib.mixins.NDArrayOperatorsMixin):
     all frames, which also has the methods of numpy arrays.
     """
 
-    def __init__(self, frames: _Frames, name: str) -> None:
+    def __init__(self, frames: StoredFrames, name: str) -> None:
         self._frames, self._name = frames, name
 
     def __len__(self) -> int:

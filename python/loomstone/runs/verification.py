@@ -7,12 +7,13 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import _core
 from .._core import Frame, FrameTopology
+from .stacked import StoredFrames
 from .tables import read_rows, read_table, write_table
 
 __all__ = [
@@ -47,11 +48,6 @@ def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
     return Intersections(cloth, len(pairs) - cloth)
 
 
-class _Frames(Protocol):
-    def __len__(self) -> int: ...
-    def __getitem__(self, index: int, /) -> Frame: ...
-
-
 class FrameTable:
     """frames.csv: one row of counts per frame.
 
@@ -64,7 +60,7 @@ class FrameTable:
     HEADER = ("frame", "time", "intersecting_pairs", "pairs_among_bodies")
 
     def __init__(
-        self, path: Path, topology: FrameTopology, stored: _Frames, until_frame: int
+        self, path: Path, topology: FrameTopology, stored: StoredFrames, until_frame: int
     ) -> None:
         self._path, self._topology = path, topology
         known: dict[float, list[Any]] = {}
