@@ -90,11 +90,13 @@ class _Mesh:
         """
         motion = self._motion
         if not motion.rigid:
-            self._add_points(positions, vertex_normals(positions, self.surface.triangles))
+            normals = vertex_normals(positions, self.surface.triangles)
+            self._add_points(positions, normals, per_corner=False)
             return
         if index == 0:
             points = motion.first if motion.still else motion.local
-            self._add_points(points, corner_normals(points, self.surface.triangles))
+            normals = corner_normals(points, self.surface.triangles)
+            self._add_points(points, normals, per_corner=True)
         if not motion.still:
             sample = self._geometry.XformSample()
             turn = _UP @ motion.rotations[index] @ _UP.T
@@ -103,10 +105,9 @@ class _Mesh:
             sample.setMatrix(imported("imath", "abc").M44d(*pose.reshape(-1).tolist()))
             self._pose.getSchema().set(sample)
 
-    def _add_points(self, points: Floats, normals: Floats) -> None:
-        """Adds points with their normals, which are one per vertex or one per corner."""
+    def _add_points(self, points: Floats, normals: Floats, *, per_corner: bool) -> None:
+        """Adds points, with one normal per vertex or one normal per corner of the triangles."""
         scope = self._geometry.GeometryScope
-        per_corner = len(normals) != len(points)
         if per_corner:
             normals = normals.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3)
         normal = self._geometry.ON3fGeomParamSample(
