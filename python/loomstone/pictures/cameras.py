@@ -35,7 +35,7 @@ def fitted_camera(
     return fit.camera()
 
 
-@takes(degrees="1")
+@takes(degrees="degrees")
 def turntable(run: FramesOfRun, camera: Camera, *, degrees: float = 360.0) -> Camera:
     """Returns a camera that turns about the scene over a run, counter-clockwise as seen from above.
 

@@ -94,6 +94,7 @@ def test_a_turntable_ends_where_it_began(run):
     camera = turntable(run, ls.Camera(), degrees=360.0)
     spacing = run[1].time - run[0].time
     assert camera.turn == pytest.approx(360.0 / (len(run) * spacing))
+    assert turntable(run, ls.Camera(), degrees=1.0 * ls.units.turn) == camera
     options = ls.RenderOptions(width=64, height=36, camera=camera, shadows=False)
     renderer = ls.pictures.Renderer(run.topology, options)
     renderer.fit(run[0])
