@@ -6,7 +6,7 @@ import threading
 import time
 from typing import Any
 
-from .._core import CacheError, Camera, InvalidInput
+from .._core import CacheError, Camera
 from ..runs.cache import Run
 from .page import Page
 
@@ -26,7 +26,7 @@ class Player:
 
     def __init__(self, run: Run, *, camera: Camera, host: str, port: int) -> None:
         if not len(run):
-            raise InvalidInput(f"{run.directory} has no frames yet; view it later")
+            raise CacheError(f"{run.directory} has no frames yet; view it later")
         self._run = run
         self.page = Page(
             run.directory.name, run.topology, run[0], camera=camera, host=host, port=port
