@@ -302,12 +302,12 @@ void Simulation::set_external_body_torques(const Points& torques) {
 void Simulation::set_pin_targets(const Points& targets) {
   const std::vector<std::uint8_t>& pinned = data_->model.cloth.prescribed;
   const bool any = std::find(pinned.begin(), pinned.end(), 1) != pinned.end();
-  Points of_pins = targets;
-  for (Index i = 0; any && i < std::min<Index>(of_pins.rows(), data_->model.cloth.n_vertices); ++i)
-    if (!pinned[data_->model.row_of_vertex[i]]) of_pins.row(i).setZero();
-  data_->to_rows(of_pins, "pin_targets", data_->state.made(data_->state.pin_target));
   if (!any)
     throw InvalidInput("the cloth must have pins to move them, but has none; give Cloth.pins");
+  Points of_pins = targets;
+  for (Index i = 0; i < std::min<Index>(of_pins.rows(), data_->model.cloth.n_vertices); ++i)
+    if (!pinned[data_->model.row_of_vertex[i]]) of_pins.row(i).setZero();
+  data_->to_rows(of_pins, "pin_targets", data_->state.made(data_->state.pin_target));
   data_->state.pin_override = pinned;
   data_->state.target_time = time() + step_size();
 }
