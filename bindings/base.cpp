@@ -30,7 +30,7 @@ void bind_errors(py::module_& m) {
   static py::exception<SolverFailure> solver(m, "SolverFailure", bases_solver);
   static py::exception<CacheError> cache(m, "CacheError", bases_cache);
   static py::exception<Unsupported> unsupported(m, "Unsupported", bases_unsupported);
-  input.attr("__doc__") = "Input that cannot be simulated (a ValueError).";
+  input.attr("__doc__") = "The input is invalid (a ValueError).";
   solver.attr("__doc__") =
       "A solve or a step failed (a RuntimeError). If a step of a simulation failed, the message "
       "names the step and the time at its start.";

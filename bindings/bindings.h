@@ -59,16 +59,17 @@ py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
 }
 
 // Name and unit of an argument. The unit is "1" if the argument is dimensionless or if the Python
-// package has already converted it to a plain number.
+// package has already converted the argument to a plain number.
 struct Argument {
   Argument(const char* argument, const char* its_unit = "1") : name(argument), unit(its_unit) {}
   const char* name;
   const char* unit;
 };
 
-// Converts quantities of any Pint registry, such as loomstone.units, and lists and tuples of them
-// to plain numbers in `unit`. Returns other values unchanged. Throws InvalidInput for a quantity of
-// another dimension. `where` is the name of the value in error messages.
+// Converts a quantity of any Pint registry (such as loomstone.units), or a list or tuple that
+// contains quantities, to plain numbers in `unit`. Returns other values unchanged. Throws
+// InvalidInput for a quantity of another dimension. `where` is the name of the value in error
+// messages.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }
@@ -132,8 +133,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Converts an object to an (n x columns) array. Throws InvalidInput, which states the actual shape,
-// if the object has another shape or if `rows` >= 0 and n is not equal to `rows`.
+// Converts an object to an (n x columns) array. Throws InvalidInput if the object has another
+// shape, or if `rows` >= 0 and n is not equal to `rows`. The message states the actual shape.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

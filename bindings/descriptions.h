@@ -229,9 +229,9 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::optional<double>> || std::is_same_v<Member, Automatic> ||
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// If the field cannot have a unit, returns the value unchanged. Otherwise, converts a value that
-// carries a unit to plain numbers in the unit of the field, throws InvalidInput for a unit of
-// another dimension and a TypeError for a bool, and returns all other values unchanged.
+// Converts a value that carries a unit to plain numbers in the unit of the field. Returns all other
+// values unchanged. Throws InvalidInput for a unit of another dimension, and a TypeError for a
+// bool. If the field cannot have a unit, always returns the value unchanged.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -244,8 +244,8 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
-// If a keyword is unknown, throws an error that names it and the most similar field, or all fields
-// if none is similar.
+// If a keyword is unknown, throws a TypeError that names the keyword and the most similar field, or
+// all fields if none is similar.
 inline void explain_keywords(const char* name, const py::list& known, const py::kwargs& arguments) {
   for (const auto& [key, value] : arguments) {
     if (known.contains(key)) continue;
@@ -343,8 +343,8 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
   });
 }
 
-// Does nothing. It is called after the fields of a description have been set from the arguments.
-// An overload for a class, such as Scene, completes the description instead.
+// from_arguments() calls this function after it has set the fields of a description. This version
+// does nothing. An overload for a class, such as Scene, completes the description.
 template <Description D>
 void complete(D&) {}
 

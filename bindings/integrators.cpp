@@ -62,8 +62,8 @@ void bind_integrators(py::module_& m) {
                                  "taken by backward Euler.");
   bind_method<Bdf2>(m, "BDF2",
                     "Linearised second-order backward differences (Choi and Ko 2002), order 2. "
-                    "Less numerical damping than Euler. While cloth is at its strain limits or "
-                    "energy has risen, steps are taken by backward Euler.");
+                    "Less numerical damping than Euler. While cloth is at its strain limits, "
+                    "anything touches or energy has risen, steps are taken by backward Euler.");
   bind_method<Asynchronous>(
       m, "Asynchronous",
       "Asynchronous variational integrator: every triangle has its own explicit step. Order 2 with "

@@ -88,7 +88,7 @@ struct RenderOptions {
         field("width", &O::width, "pixels", between(16, 16384), "width of the picture"),
         field("height", &O::height, "pixels", between(16, 16384),
               "height of the picture, or of each of its rows if color_by joins several fields"),
-        field("samples", &O::samples, "1", between(1, 16), "samples per pixel"),
+        field("samples", &O::samples, "1", between(1, 16), "samples per pixel: 1, 2, 4 or 8"),
         field("pattern", &O::pattern, "pattern on cloth that has no texture"),
         field(
             "color_by", &O::color_by,

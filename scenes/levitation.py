@@ -73,7 +73,8 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
     """
     if shape not in ("ball", "cube") or material not in ("superconductor", "magnet"):
         raise ls.InvalidInput(
-            f"scene takes superconductor or magnet, ball or cube, got {material!r} and {shape!r}"
+            f"material must be superconductor or magnet and shape ball or cube, got {material!r}"
+            f" and {shape!r}"
         )
     polarization = (0, 0, 0.05)
     place = np.array((0.0, 0.0, balance(material)))

@@ -236,7 +236,7 @@ def offenders(paths: list[str]) -> list[Function]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--shrink", action="store_true", help="drop exceptions that keep to the rules"
+        "--shrink", action="store_true", help="remove exceptions that are no longer needed"
     )
     found = offenders(sources())
     offending = {function.key for function in found}
@@ -249,7 +249,7 @@ def main() -> int:
         print(f"{function.path}:{function.line}: {function.name}: {', '.join(function.excesses())}")
     settled = sorted(excepted - offending)
     for key in settled:
-        print(f"{EXCEPTIONS.name}: '{key}' keeps to the rules; drop it by sizes.py --shrink")
+        print(f"{EXCEPTIONS.name}: '{key}' is no longer needed; remove it by sizes.py --shrink")
     return 1 if new or settled else 0
 
 

@@ -82,17 +82,18 @@ struct SolverReport {
 
   static auto fields() {
     using R = SolverReport;
-    return std::make_tuple(field("newton_iterations", &R::newton_iterations, "1", unlimited(),
-                                 "Newton iterations; 1 for linearised schemes"),
-                           field("linear_iterations", &R::linear_iterations, "1", unlimited(),
-                                 "iterations of the linear solver, summed over Newton iterations"),
-                           field("residual", &R::residual, "1", unlimited(),
-                                 "relative residual of the last linear solve; Newton schemes: of "
-                                 "the nonlinear equations"),
-                           field("events", &R::events, "1", unlimited(),
-                                 "events of the membrane's triangles in asynchronous steps"),
-                           field("synchronous_events", &R::synchronous_events, "1", unlimited(),
-                                 "events if all triangles had the shortest of these steps"));
+    return std::make_tuple(
+        field("newton_iterations", &R::newton_iterations, "1", unlimited(),
+              "Newton iterations; 1 for linearised schemes"),
+        field("linear_iterations", &R::linear_iterations, "1", unlimited(),
+              "iterations of the linear solver, summed over Newton iterations"),
+        field("residual", &R::residual, "1", unlimited(),
+              "relative residual of the last linear solve; Newton schemes: of "
+              "the nonlinear equations"),
+        field("events", &R::events, "1", unlimited(),
+              "events of the membrane's triangles in asynchronous steps"),
+        field("synchronous_events", &R::synchronous_events, "1", unlimited(),
+              "number of events if every triangle took the shortest step of a triangle"));
   }
 };
 
@@ -126,9 +127,8 @@ struct ContactReport {
     return std::make_tuple(
         field("near", &R::near, "1", unlimited(),
               "contacts: pairs nearer than their thickness, resolved by the solve or by impulses"),
-        field(
-            "impacts", &R::impacts, "1", unlimited(),
-            "impacts: pairs that meet, found by the first pass of continuous collision detection"),
+        field("impacts", &R::impacts, "1", unlimited(),
+              "pairs that meet, found by the first pass of continuous collision detection"),
         field("candidates", &R::candidates, "1", unlimited(),
               "pairs within reach of each other in an asynchronous step"),
         field(
@@ -185,10 +185,10 @@ struct StrainLimitReport {
         field("sweeps", &R::sweeps, "1", unlimited(), "sweeps of strain limiting"),
         field("rate_sweeps", &R::rate_sweeps, "1", unlimited(), "sweeps of strain-rate limiting"),
         field("rounds", &R::rounds, "1", unlimited(),
-              "certifications that alternate with limiting, largest number in a part; 1: limits "
-              "held after the first"),
+              "largest number of certifications in a part, between which limits are met again; 1: "
+              "limits held after the first"),
         field("fallbacks", &R::fallbacks, "1", unlimited(),
-              "fallbacks: rounds with motion withheld because limits and contacts disagree"),
+              "rounds with motion withheld because limits and contacts disagree"),
         field("evaluations", &R::evaluations, "1", unlimited(),
               "evaluations of an element's strain in sweeps"),
         field("excess", &R::excess, "1", unlimited(),

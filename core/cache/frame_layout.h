@@ -59,7 +59,7 @@ inline std::vector<Column> report_columns(std::size_t start) {
 inline RowFormat frame_format() {
   auto columns = report_columns(offsetof(FrameRow, report));
   columns.insert(columns.begin(), {"frame_step", Number::Int64, offsetof(FrameRow, step), "1",
-                                   "number of the last step that has begun"});
+                                   "number of the last successful step"});
   return {.columns = columns, .bytes = sizeof(FrameRow)};
 }
 

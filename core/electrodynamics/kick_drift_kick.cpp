@@ -35,7 +35,8 @@ void Substeps::resolve(double frequency) {
   while (frequency * step_ > limit_ * parts_ && parts_ <= most_substeps) parts_ *= 2, place_ *= 2;
   if (parts_ > most_substeps || !std::isfinite(frequency)) {
     fail<SolverFailure>(
-        "magnets must move in at most {} sub-steps per step, got an angular frequency of {:.6g} "
+        "magnets and coils must move in at most {} sub-steps per step, got an angular frequency of "
+        "{:.6g} "
         "rad/s at a step of {:.6g} s; shorten integrator.step, or keep point dipoles apart",
         most_substeps, frequency, step_);
   }

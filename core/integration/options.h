@@ -23,10 +23,10 @@ constexpr auto choices(JacobianKind) {
 
 enum class BendingInStep { Auto, Explicit, Implicit };
 constexpr auto choices(BendingInStep) {
-  return std::array{
-      ChoiceName{BendingInStep::Auto, "auto", "implicit where explicit bending would be unstable"},
-      ChoiceName{BendingInStep::Explicit, "explicit"},
-      ChoiceName{BendingInStep::Implicit, "implicit"}};
+  return std::array{ChoiceName{BendingInStep::Auto, "auto",
+                               "implicit where explicit bending would be unstable or nearly so"},
+                    ChoiceName{BendingInStep::Explicit, "explicit"},
+                    ChoiceName{BendingInStep::Implicit, "implicit"}};
 }
 
 enum class Schedule { Nested, Queue, Refill };
@@ -56,7 +56,8 @@ constexpr auto choices(StepLimit) {
 enum class Limiting { Potential, Impulses, None };
 constexpr auto choices(Limiting) {
   return std::array{ChoiceName{Limiting::Potential, "potential",
-                               "membrane with a second phase that is 30 times as stiff"},
+                               "membrane with two further phases, which add 30 and 90 times its "
+                               "modulus"},
                     ChoiceName{Limiting::Impulses, "impulses",
                                "one correction of velocities in each event; does not keep energy"},
                     ChoiceName{Limiting::None, "none", "limits are only reported"}};

@@ -20,7 +20,7 @@ void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected) {
     return;
   fail<InvalidInput>(
       "there must be one pose for each of the {} obstacles, and {} vertices of obstacles that "
-      "deform, got {} poses and {} vertices; give the places of all obstacles",
+      "deform, got {} poses and {} vertices; give the poses and vertices of all obstacles",
       expected.poses.size(), expected.deformed.rows(), given.poses.size(), given.deformed.rows());
 }
 

@@ -61,11 +61,11 @@ struct RigidBody {
               "angular velocity in world axes [rad/s]"),
         field("friction", &RigidBody::friction, "1", non_negative(), "friction coefficient"),
         field("restitution", &RigidBody::restitution, "1", between(0.0, 1.0),
-              "restitution coefficient"),
+              "coefficient of restitution"),
         field("thickness", &RigidBody::thickness, "m", non_negative(),
               "contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth"),
         field("look", &RigidBody::look,
-              "Look: its colour and texture in pictures; None: the renderer's"));
+              "Look: its colour and texture in pictures; None: the renderer's default"));
   }
 };
 
@@ -148,7 +148,7 @@ ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, d
 // Throws InvalidInput unless `given` and `expected` have the same numbers of poses and vertices.
 void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 
-// Returns an array (n) that is 1 for bodies that rest on an obstacle, directly or through other
+// Returns an array (n) that is 1 for bodies that press on an obstacle, directly or through other
 // bodies. `pressed` lists the pairs that press on each other; indices from n on are obstacles.
 std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
@@ -188,10 +188,10 @@ class RigidWorld {
   // at the end of the step; their velocities are constant over the step. If `touched` (b) is given,
   // it is set to 1 for bodies whose motion was changed by contacts (or, with gravity, by rounding),
   // and to 0 for the others.
-  // Restitution excludes the impulses, as it excludes gravity. If the velocities in `state` are
-  // those of kick-drift-kick, `half` gives the impulses of a half kick. The approach speed then
-  // excludes the half kick that ended the last step, and the rebound includes the one that ends
-  // this step.
+  // Restitution acts on the approach speed without the velocity changes due to the impulses and to
+  // gravity. If the velocities in `state` are those of kick-drift-kick, `half` gives the impulses
+  // of a half kick. The approach speed then also excludes the half kick that ended the last step,
+  // and the rebound includes the one that ends this step.
   void advance(double step, const BodyImpulses& impulses, const ObstaclePlaces& obstacles,
                RigidState& state, std::vector<std::uint8_t>* touched = nullptr,
                const BodyImpulses* half = nullptr);

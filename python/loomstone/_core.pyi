@@ -151,7 +151,7 @@ class Error(Exception):
 
 class InvalidInput(Error, ValueError):
     """
-    Input that cannot be simulated (a ValueError).
+    The input is invalid (a ValueError).
     """
 
 class SolverFailure(Error, RuntimeError):
@@ -325,7 +325,7 @@ class SolverReport:
     @property
     def synchronous_events(self) -> int:
         """
-        events if all triangles had the shortest of these steps [1]
+        number of events if every triangle took the shortest step of a triangle [1]
         """
 
 class ErrorReport:
@@ -397,7 +397,7 @@ class ContactReport:
     @property
     def impacts(self) -> int:
         """
-        impacts: pairs that meet, found by the first pass of continuous collision detection [1]
+        pairs that meet, found by the first pass of continuous collision detection [1]
         """
     @property
     def intersections(self) -> int:
@@ -550,7 +550,7 @@ class StrainLimitReport:
     @property
     def fallbacks(self) -> int:
         """
-        fallbacks: rounds with motion withheld because limits and contacts disagree [1]
+        rounds with motion withheld because limits and contacts disagree [1]
         """
     @property
     def rate_sweeps(self) -> int:
@@ -560,7 +560,7 @@ class StrainLimitReport:
     @property
     def rounds(self) -> int:
         """
-        certifications that alternate with limiting, largest number in a part; 1: limits held after the first [1]
+        largest number of certifications in a part, between which limits are met again; 1: limits held after the first [1]
         """
     @property
     def shear_excess(self) -> float:
@@ -1229,9 +1229,9 @@ class RigidBody:
     velocity : velocity of the centre of mass [m/s]
     angular_velocity : angular velocity in world axes [rad/s]
     friction : friction coefficient [1]; >= 0; default 0.3
-    restitution : restitution coefficient [1]; in [0, 1]; default 0.0
+    restitution : coefficient of restitution [1]; in [0, 1]; default 0.0
     thickness : contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
-    look : Look: its colour and texture in pictures; None: the renderer's
+    look : Look: its colour and texture in pictures; None: the renderer's default
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1314,7 +1314,7 @@ class RigidBody:
     @property
     def look(self) -> Look | None:
         """
-        Look: its colour and texture in pictures; None: the renderer's
+        Look: its colour and texture in pictures; None: the renderer's default
         """
     @property
     def mass(self) -> float:
@@ -1349,7 +1349,7 @@ class RigidBody:
     @property
     def restitution(self) -> float:
         """
-        restitution coefficient [1]; in [0, 1]; default 0.0
+        coefficient of restitution [1]; in [0, 1]; default 0.0
         """
     @property
     def shape(self) -> typing.Literal["sphere", "box", "convex", "parts"]:
@@ -1504,7 +1504,7 @@ class ClothMaterial:
     density : mass per area [kg/m^2]; > 0; default 0.3
     bending_weft : flexural rigidity along weft [N m]; >= 0; default 1e-05
     bending_warp : flexural rigidity along warp [N m]; >= 0; default 1e-05
-    bending_twist : twist rigidity (coefficient of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
+    bending_twist : twist rigidity (coefficient of 2 kxy), >= 0; -1: Huber's, (sqrt(bending_weft bending_warp) - bending_coupling) / 2 [N m]; default -1.0
     bending_coupling : coupling rigidity of curvatures along weft and warp [N m]; default 0.0
     viscosity_dilation : dilational viscosity lambda_d, equation (2.25) [N s/m]; default 0.0
     viscosity_shear : shear viscosity mu_d, equation (2.25) [N s/m]; >= 0; default 0.0
@@ -1580,7 +1580,7 @@ class ClothMaterial:
     @property
     def bending_twist(self) -> float:
         """
-        twist rigidity (coefficient of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
+        twist rigidity (coefficient of 2 kxy), >= 0; -1: Huber's, (sqrt(bending_weft bending_warp) - bending_coupling) / 2 [N m]; default -1.0
         """
     @property
     def bending_warp(self) -> float:
@@ -1831,7 +1831,7 @@ class Cloth:
     mesh : triangle mesh; its vertices are the start positions
     material : ClothMaterial
     rest : rest lengths: uv (lengths of the pattern: uv in metres [m]) | mesh (lengths of the mesh: uv give only the directions); default 'uv'
-    rest_angles : rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
+    rest_angles : rest angles between triangles: flat | mesh (those of the mesh); default 'flat'
     bending : bending element: mid-edge (agrees with beam theory within 1 % along any direction) | hinge (rigidity is wrong by up to 20 % along the axes of grids, by 4 to 17 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
@@ -1840,8 +1840,8 @@ class Cloth:
     thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
     self_collision : whether the cloth collides with itself; default True
-    strain_limit : StrainLimit: bounds of its strain; None: no bounds
-    look : Look: its colour and texture in pictures; None: the renderer's
+    strain_limit : StrainLimit: bounds on its strain; None: no bounds
+    look : Look: its colour and texture in pictures; None: the renderer's default
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1922,7 +1922,7 @@ class Cloth:
     @property
     def look(self) -> Look | None:
         """
-        Look: its colour and texture in pictures; None: the renderer's
+        Look: its colour and texture in pictures; None: the renderer's default
         """
     @property
     def material(self) -> ClothMaterial:
@@ -1952,7 +1952,7 @@ class Cloth:
     @property
     def rest_angles(self) -> typing.Literal["flat", "mesh"]:
         """
-        rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
+        rest angles between triangles: flat | mesh (those of the mesh); default 'flat'
         """
     @property
     def script_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1972,7 +1972,7 @@ class Cloth:
     @property
     def strain_limit(self) -> StrainLimit | None:
         """
-        StrainLimit: bounds of its strain; None: no bounds
+        StrainLimit: bounds on its strain; None: no bounds
         """
     @property
     def thickness(self) -> float:
@@ -1994,7 +1994,7 @@ class Obstacle:
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
-    numbered : whether a scene appends a number, as in sphere_2, if another surface has this name; default False
+    numbered : whether a scene appends a number to the name, as in sphere_2, if another surface has it; default False
     mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
     thickness : contact distance; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
@@ -2003,7 +2003,7 @@ class Obstacle:
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
     vertex_positions : (times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
     floor : whether it is drawn as ground; default False
-    look : Look: its colour and texture in pictures; None: the renderer's
+    look : Look: its colour and texture in pictures; None: the renderer's default
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2077,7 +2077,7 @@ class Obstacle:
     @property
     def look(self) -> Look | None:
         """
-        Look: its colour and texture in pictures; None: the renderer's
+        Look: its colour and texture in pictures; None: the renderer's default
         """
     @property
     def mesh(self) -> TriangleMesh:
@@ -2092,7 +2092,7 @@ class Obstacle:
     @property
     def numbered(self) -> bool:
         """
-        whether a scene appends a number, as in sphere_2, if another surface has this name; default False
+        whether a scene appends a number to the name, as in sphere_2, if another surface has it; default False
         """
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -2480,8 +2480,8 @@ class Scene:
     coils : list of Coil: coils on bodies and obstacles
     bearings : list of Bearing: axes about which bodies turn
     magnetic_field : (3) external uniform flux density [T]
-    magnetic_tolerance : largest error of the force between two magnets, relative to the largest such force [1]; in [1e-12, 0.1]; default 0.0001
-    magnetic_step : limit of two products with the length of a magnetic sub-step: with the angular frequency of the magnets' oscillations, and with the rate of their relative motion [1]; in (0, 1]; default 0.15
+    magnetic_tolerance : largest error of the force between two magnets, relative to the larger of the largest such force and their own torque / radius [1]; in [1e-12, 0.1]; default 0.0001
+    magnetic_step : largest product of the length of a magnetic sub-step and the angular frequency of the magnets' oscillations or the rate of their relative motion [1]; in (0, 1]; default 0.15
     air : Air: drag and wind
     limits : LimitOptions: enforcement of strain limits
     gravity : acceleration of gravity [m/s^2]
@@ -2633,12 +2633,12 @@ class Scene:
     @property
     def magnetic_step(self) -> float:
         """
-        limit of two products with the length of a magnetic sub-step: with the angular frequency of the magnets' oscillations, and with the rate of their relative motion [1]; in (0, 1]; default 0.15
+        largest product of the length of a magnetic sub-step and the angular frequency of the magnets' oscillations or the rate of their relative motion [1]; in (0, 1]; default 0.15
         """
     @property
     def magnetic_tolerance(self) -> float:
         """
-        largest error of the force between two magnets, relative to the largest such force [1]; in [1e-12, 0.1]; default 0.0001
+        largest error of the force between two magnets, relative to the larger of the largest such force and their own torque / radius [1]; in [1e-12, 0.1]; default 0.0001
         """
     @property
     def magnets(self) -> list[Magnet]:
@@ -2769,7 +2769,7 @@ class SemiImplicitEuler(Integrator):
     ---------------------
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
-    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
@@ -2830,7 +2830,7 @@ class SemiImplicitEuler(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
@@ -2870,7 +2870,7 @@ class BackwardEuler(Integrator):
     ---------------------
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
-    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
@@ -2939,7 +2939,7 @@ class BackwardEuler(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
@@ -2989,7 +2989,7 @@ class ImplicitMidpoint(Integrator):
     ---------------------
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
-    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
@@ -3050,7 +3050,7 @@ class ImplicitMidpoint(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
@@ -3090,7 +3090,7 @@ class NonlinearMidpoint(Integrator):
     ---------------------
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
-    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
@@ -3159,7 +3159,7 @@ class NonlinearMidpoint(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
@@ -3201,7 +3201,7 @@ class NonlinearMidpoint(Integrator):
 
 class BDF2(Integrator):
     """
-    Linearised second-order backward differences (Choi and Ko 2002), order 2. Less numerical damping than Euler. While cloth is at its strain limits or energy has risen, steps are taken by backward Euler.
+    Linearised second-order backward differences (Choi and Ko 2002), order 2. Less numerical damping than Euler. While cloth is at its strain limits, anything touches or energy has risen, steps are taken by backward Euler.
 
     Immutable; compared by value.
 
@@ -3209,7 +3209,7 @@ class BDF2(Integrator):
     ---------------------
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
-    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : tolerance of the linear solver relative to the change of momentum in the step or to a tenth of that by gravity, if this is larger; a hundredth of this value applies to the linearised midpoint rule and BDF-2 while nothing touches [1]; in (0, 0.1]; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
@@ -3270,7 +3270,7 @@ class BDF2(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable or nearly so) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
@@ -3313,7 +3313,7 @@ class Asynchronous(Integrator):
     limit : bound of a triangle's step: eigenvalue (computed from the highest frequency of the triangle; for every shape and material) | inradius (computed from the time in which a wave crosses the inscribed circle); default 'eigenvalue'
     safety : step of a triangle as a fraction of its bound; auto: 0.4 for limit="eigenvalue", 0.6 for limit="inradius" [1]; in (0, 1]; default 'auto'
     bending_multiple : largest step of bending as a multiple of the membrane's, at least 1, within the limit of bending itself; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
-    limiting : method that enforces the strain limits of cloth: potential (membrane with a second phase that is 30 times as stiff) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
+    limiting : method that enforces the strain limits of cloth: potential (membrane with two further phases, which add 30 and 90 times its modulus) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
     predicted : strain at which limiting begins, for impulses the strain that is predicted for the next event of a triangle; None: the limits of the cloth [1]; > 0
     present : present strain beyond which impulses also correct positions; None: 4/3 of the strain at which limiting begins [1]; > 0
     """
@@ -3376,7 +3376,7 @@ class Asynchronous(Integrator):
     @property
     def limiting(self) -> typing.Literal["potential", "impulses", "none"]:
         """
-        method that enforces the strain limits of cloth: potential (membrane with a second phase that is 30 times as stiff) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
+        method that enforces the strain limits of cloth: potential (membrane with two further phases, which add 30 and 90 times its modulus) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
         """
     @property
     def predicted(self) -> float | None:
@@ -3880,7 +3880,7 @@ class RenderOptions:
     ---------------------
     width : width of the picture [pixels]; in [16, 16384]; default 1280
     height : height of the picture, or of each of its rows if color_by joins several fields [pixels]; in [16, 16384]; default 720
-    samples : samples per pixel [1]; in [1, 16]; default 4
+    samples : samples per pixel: 1, 2, 4 or 8 [1]; in [1, 16]; default 4
     pattern : pattern on cloth that has no texture: weave | checker | plain; default 'weave'
     color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
     color_low : value at the low end of the colour map; None: the smallest value of all frames that are drawn together [1]
@@ -4036,7 +4036,7 @@ class RenderOptions:
     @property
     def samples(self) -> int:
         """
-        samples per pixel [1]; in [1, 16]; default 4
+        samples per pixel: 1, 2, 4 or 8 [1]; in [1, 16]; default 4
         """
     @property
     def shadows(self) -> bool:

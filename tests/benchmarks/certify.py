@@ -173,7 +173,10 @@ def main() -> None:
     )
     parser.add_argument("--rate", type=float, default=25.0, help="frames per second")
     parser.add_argument(
-        "--runs", type=int, default=10, help="perturbed starts of each scene and step"
+        "--runs",
+        type=int,
+        default=10,
+        help="starts of each scene and step; the first one is not perturbed",
     )
     parser.add_argument("--duration", type=float, help="[s] (default: that of each scene)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())

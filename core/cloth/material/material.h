@@ -37,7 +37,8 @@ struct ClothMaterial {
         field("bending_warp", &M::bending_warp, "N m", non_negative(),
               "flexural rigidity along warp"),
         field("bending_twist", &M::bending_twist, "N m", unlimited(),
-              "twist rigidity (coefficient of 2 kxy), >= 0; -1: that of an isotropic plate"),
+              "twist rigidity (coefficient of 2 kxy), >= 0; -1: Huber's, "
+              "(sqrt(bending_weft bending_warp) - bending_coupling) / 2"),
         field("bending_coupling", &M::bending_coupling, "N m", unlimited(),
               "coupling rigidity of curvatures along weft and warp"),
         field("viscosity_dilation", &M::viscosity_dilation, "N s/m", unlimited(),

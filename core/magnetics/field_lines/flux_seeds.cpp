@@ -156,7 +156,9 @@ LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, 
   std::partial_sum(flux.begin(), flux.end(), flux.begin());
   if (flux.empty() || !(flux.back() > 0.0))
     throw InvalidInput(
-        "field lines need a magnet with a surface or a closed current to begin at; give seeds");
+        "field lines need a surface of a magnet or a closed current to begin at, through which "
+        "flux "
+        "passes; give seeds");
   LineSeeds seeds;
   seeds.points.resize(lines, 3);
   for (Index k = 0; k < lines; ++k) {

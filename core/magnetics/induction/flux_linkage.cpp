@@ -107,7 +107,7 @@ double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised) {
   const BesideWinding beside = beside_winding(coil, magnetised);
   if (beside.in_bore && beside.outside)
     throw Unsupported(
-        "a body that magnetises must lie in the bore of a coil of a circuit or outside it, got one "
+        "a body that magnetises must lie in the bore of a coil or outside it, got one "
         "that reaches around the winding or overlaps it; move it or split it");
   const Vector potential = winding_potential(bore_of(*coil.source), beside.in_bore, at);
   double flux = 0.0;

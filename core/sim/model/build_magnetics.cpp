@@ -66,8 +66,8 @@ void build_magnetics(const Scene& scene, Model& model) {
     throw InvalidInput("scene.magnetic_field must be finite [T]");
   if (!scene.magnetic_field.isZero(0.0) && scene.magnets.empty() && scene.coils.empty())
     throw InvalidInput(
-        "scene.magnetic_field must be 0 [T] without magnets and coils, on which it acts; add some "
-        "or leave it out");
+        "scene.magnetic_field must be 0 [T] in a scene without magnets and coils; add magnets or "
+        "coils, or omit the field");
   if (!scene.bearings.empty() && !scene.cloths.empty())
     throw Unsupported(
         "scene.bearings require a scene without cloth; leave out the cloths or the bearings");

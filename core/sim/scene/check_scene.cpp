@@ -64,9 +64,7 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
   check_fields(cloth.material, where + ".material");
   const double twist = cloth.material.bending_twist;
   require(twist >= 0.0 || twist == -1.0,
-          "{}.material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got "
-          "{}",
-          where, twist);
+          "{}.material.bending_twist must be >= 0 [N m], or -1 for Huber's, got {}", where, twist);
   if (cloth.strain_limit) check_fields(*cloth.strain_limit, where + ".strain_limit");
   if (cloth.look) check_look(*cloth.look, where + ".look");
   check_vertices(where + ".pins", cloth.pins, cloth.mesh->n_vertices());

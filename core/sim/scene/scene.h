@@ -32,7 +32,7 @@ constexpr auto choices(RestLengths) {
 enum class RestAngles { Flat, Mesh };
 constexpr auto choices(RestAngles) {
   return std::array{ChoiceName{RestAngles::Flat, "flat"},
-                    ChoiceName{RestAngles::Mesh, "mesh", "those of the mesh as given"}};
+                    ChoiceName{RestAngles::Mesh, "mesh", "those of the mesh"}};
 }
 
 // Description of a cloth.
@@ -74,8 +74,9 @@ struct Cloth {
         field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
         field("self_collision", &C::self_collision, "whether the cloth collides with itself"),
         field("strain_limit", &C::strain_limit,
-              "StrainLimit: bounds of its strain; None: no bounds"),
-        field("look", &C::look, "Look: its colour and texture in pictures; None: the renderer's"));
+              "StrainLimit: bounds on its strain; None: no bounds"),
+        field("look", &C::look,
+              "Look: its colour and texture in pictures; None: the renderer's default"));
   }
 };
 
@@ -98,7 +99,8 @@ struct Obstacle {
     return std::make_tuple(
         field("name", &O::name, "name in reports and files"),
         field("numbered", &O::numbered,
-              "whether a scene appends a number, as in sphere_2, if another surface has this name"),
+              "whether a scene appends a number to the name, as in sphere_2, if another surface "
+              "has it"),
         field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
@@ -112,7 +114,8 @@ struct Obstacle {
               "(times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], "
               "linearly interpolated"),
         field("floor", &O::floor, "whether it is drawn as ground"),
-        field("look", &O::look, "Look: its colour and texture in pictures; None: the renderer's"));
+        field("look", &O::look,
+              "Look: its colour and texture in pictures; None: the renderer's default"));
   }
 };
 
@@ -170,11 +173,13 @@ struct Scene {
         field("coils", &S::coils, "list of Coil: coils on bodies and obstacles"),
         field("bearings", &S::bearings, "list of Bearing: axes about which bodies turn"),
         field("magnetic_field", &S::magnetic_field, "(3) external uniform flux density [T]"),
-        field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1),
-              "largest error of the force between two magnets, relative to the largest such force"),
+        field(
+            "magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1),
+            "largest error of the force between two magnets, relative to the larger of the largest "
+            "such force and their own torque / radius"),
         field("magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false},
-              "limit of two products with the length of a magnetic sub-step: with the angular "
-              "frequency of the magnets' oscillations, and with the rate of their relative motion"),
+              "largest product of the length of a magnetic sub-step and the angular frequency of "
+              "the magnets' oscillations or the rate of their relative motion"),
         field("air", &S::air, "Air: drag and wind"),
         field("limits", &S::limits, "LimitOptions: enforcement of strain limits"),
         field("gravity", &S::gravity, "acceleration of gravity [m/s^2]"),

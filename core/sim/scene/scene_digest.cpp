@@ -172,7 +172,8 @@ void check_digests(const Digests& kept, const Digests& now) {
   const std::string differ = differing(kept, now);
   if (differ.empty()) return;
   throw CacheError("the checkpoint is of another scene or integrator (these differ: " + differ +
-                   "); continue with those of the run, or begin a new run from its last positions "
+                   "); continue with the scene and integrator of the run, or begin a new run from "
+                   "its last positions "
                    "and velocities");
 }
 

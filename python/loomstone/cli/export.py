@@ -39,11 +39,11 @@ def export(
 ) -> None:
     """Writes a run for other programs, such as Blender and Houdini.
 
-    usd stores points and poses over time, uv and materials; gltf morph targets, animated nodes, uv
-    and materials; alembic points and poses over time, uv and colours. pc2 and mdd consist of an OBJ
-    file for each surface, and a point cache for each surface that moves; obj and ply of a mesh file
-    for each frame of a surface that moves, and one for each other surface. Lengths are in metres. z
-    is up, except in gltf and alembic, which have y up.
+    usd stores points and poses over time, uv and materials. gltf stores morph targets, animated
+    nodes, uv and materials. alembic stores points and poses over time, uv and colours. pc2 and mdd
+    write an OBJ file for each surface, and a point cache for each surface that moves. obj and ply
+    write a mesh file for each frame of a surface that moves, and a single mesh file for each other
+    surface. Lengths are in metres. z points up, except in gltf and alembic, where y points up.
 
     \b
         loomstone export out/drape --to usd

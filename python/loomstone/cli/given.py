@@ -30,10 +30,7 @@ def check_decomposition(name: str) -> None:
     """Raises WrongCommand unless there is a decomposition of this name."""
     with command_line():
         if name not in REPLAYED:
-            raise InvalidInput(
-                f'decomposition must be one of {" | ".join(REPLAYED)}, got "{name}"; choose one of'
-                " them"
-            )
+            raise InvalidInput(f'decomposition must be one of {" | ".join(REPLAYED)}, got "{name}"')
 
 
 def integrator_of(file: SceneFile, method: str | None, step: str | None) -> Integrator:

@@ -145,8 +145,8 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
     """Prints sizes and intersections of a scene; returns whether it can be run.
 
-    A scene cannot be run if cloth intersects a surface or lies inside a closed one at the start,
-    unless the scene allows this or has no collisions. Other faults raise an error.
+    A scene cannot be run if, at the start, cloth intersects a surface or lies inside a closed body
+    or obstacle, unless the scene allows this or has no collisions. Other faults raise an error.
 
     picture : path where a picture of the initial state is written, or None
     """
@@ -248,8 +248,8 @@ def limit_lines(summary: dict[str, Any]) -> list[str]:
     if not summary.get("steps_with_broken_limits"):
         return []
     return [
-        f"strain limits: {summary['steps_with_broken_limits']} steps exceeded them, at most in"
-        f" {summary['most_broken_limits']} triangles and by {summary['largest_excess']:.2g}"
+        f"strain limits: {summary['steps_with_broken_limits']} steps exceeded them, in at most"
+        f" {summary['most_broken_limits']} triangles and by at most {summary['largest_excess']:.2g}"
         " (limits.csv); look for pins, bodies and obstacles that pull cloth apart"
     ]
 
@@ -336,8 +336,8 @@ def report_text(report: dict[str, Any]) -> str:
     if report.get("unresolved_steps"):
         lines.append(
             f"{report['unresolved_steps']} steps left impacts unresolved, and at most"
-            f" {report.get('most_intersections', 0)} triangle pairs intersected: scripted"
-            " motion leaves the cloth no room (columns of steps.csv)"
+            f" {report.get('most_intersections', 0)} triangle pairs intersected (see steps.csv):"
+            " scripted motion leaves the cloth no room"
         )
     elif report.get("most_intersections"):
         lines.append(

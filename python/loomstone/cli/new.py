@@ -24,9 +24,9 @@ render = ls.RenderOptions(width=960, height=540)
 
 def scene(triangles: int = 1800) -> ls.Scene:
     """Returns what is simulated. Parameters can be set by -p triangles=5000."""
-    # To read a mesh from a file in the directory of this one: ls.meshes.read("cloth.obj").
+    # To read a mesh from a file in the same directory: ls.meshes.read("cloth.obj").
     mesh = ls.grid(size=(0.5, 0.5), triangles=triangles).moved((0.0, 0.0, 0.13))
-    # `loomstone fabrics` lists others. For your own values: ls.ClothMaterial(density=0.15, ...).
+    # `loomstone fabrics` lists fabrics. For your own values: ls.ClothMaterial(density=0.15, ...).
     cloth = ls.Cloth(name="cloth", mesh=mesh, material=ls.fabrics["cotton"])
     obstacles = [ls.sphere(radius=0.12), ls.floor(height=-0.2)]
     return ls.Scene(cloths=[cloth], obstacles=obstacles)

@@ -17,7 +17,7 @@ from .application import WrongCommand, app, command_line, session
 from .options import one_of
 
 KINDS = (*plots.KINDS, "parallel")
-CURVES = ("force", "torque")  # of magnets that --mesh gives
+CURVES = ("force", "torque")  # curves for the magnets that --mesh gives
 ALONG_Z = "0,0,1"
 
 
@@ -127,9 +127,9 @@ def field(
 
 
 def _curve(runs: list[Path]) -> str | None:
-    """Returns the name in CURVES that stands instead of a run, or None if there are only runs.
+    """Returns the name in CURVES that is given in place of a run, or None if there are only runs.
 
-    Raises WrongCommand if there are both.
+    Raises WrongCommand if such a name is given together with a run or with another name.
     """
     named = [str(run) for run in runs if str(run) in CURVES and not run.is_dir()]
     others = [str(run) for run in runs if str(run) not in named]
@@ -154,7 +154,8 @@ def _refuse(given: dict[str, bool]) -> None:
 def _only_run(runs: list[Path], what: str) -> Path:
     """Returns the first run.
 
-    Raises WrongCommand for several, unless `what` is "parallel", and if `what` is not in KINDS.
+    Raises WrongCommand if `what` is not in KINDS, or if there are several runs and `what` is not
+    "parallel".
     """
     if what not in KINDS:
         raise WrongCommand(f"--what must be one of {', '.join(KINDS)}, got {what!r}")

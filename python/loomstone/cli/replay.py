@@ -23,21 +23,24 @@ def replay(
     decomposition: Annotated[
         list[str], typer.Option(help=f"{' | '.join(replays.REPLAYED)}; may be repeated")
     ] = list(replays.REPLAYED),  # noqa: B006
-    latency: Annotated[float, typer.Option(help="time that a message takes [s]")] = 1.5e-6,
+    latency: Annotated[
+        float, typer.Option(help="time of a message besides its size / bandwidth [s]")
+    ] = 1.5e-6,
     bandwidth: Annotated[float, typer.Option(help="bandwidth of the network [bytes/s]")] = 1e10,
     overhead: Annotated[
         float, typer.Option(help="processor time to send, receive or poll for a message [s]")
     ] = 0.2e-6,
     poll_interval: Annotated[
-        float, typer.Option(help="time between two polls of a rank that has work [s]")
+        float,
+        typer.Option(help="time between two polls of a rank that has work [s]; not for predicted"),
     ] = 5e-6,
 ) -> None:
     """Predicts the time of collision searches on many ranks.
 
     Uses the motions that `loomstone run --record-tasks` has recorded. Measures each search on one
     thread, and simulates how ranks share it. Prints the mean time per step, the part of this time
-    in which ranks exchange data, the efficiency (time on one rank over the sum of the times of all
-    ranks), and mean numbers of transferred tasks and refused requests. Writes replay.csv.
+    in which ranks exchange data, the efficiency (time on one rank divided by the sum of the times
+    of all ranks), and mean numbers of transferred tasks and refused requests. Writes replay.csv.
 
     \b
         loomstone run scenes/drape.py --record-tasks 20

@@ -3,17 +3,17 @@
 Each mode of deformation is described by a stiffness and, except for bending, a limit: the strain at
 which the measured curve reaches a given load (default 150 gf/cm). The shear limit can also be given
 directly. The stiffness is fitted to the curve up to the limit, by least squares in closed form. The
-model has the stiffnesses E and G and the bending rigidity B. In equilibrium, its load P or moment M
-per width is as follows, where (2.23) is an equation of [Thomaszewski2010]:
+model has the stiffnesses E and G [N/m] and the bending rigidity B [N m]. In equilibrium, its load P
+[N/m] or moment M [N] per width is as follows, where (2.23) is an equation of [Thomaszewski2010]:
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial: (2.23) without transverse load
     shear:       P = G g,  g = tan(angle)                 engineering shear g, to first order
     bending:     M = B k                                  curvature k
 
 The shear limit is given as the component e12 of U - I, which is g / sqrt(4 + g^2) in a simple shear
-g. Tensile tests of the Kawabata system clamp a short and wide sample, and therefore measure E / (1
-- nu12 nu21) instead of E, where nu12 and nu21 are the Poisson ratios. The two are equal here,
-because the Poisson ratios of fitted materials are 0.
+g. Tensile tests of the Kawabata system clamp a short and wide sample. They therefore measure
+E / (1 - nu12 nu21) instead of E, where nu12 and nu21 are the Poisson ratios. These two stiffnesses
+are equal here, because the Poisson ratios of fitted materials are 0.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ SOURCES = {
         " Graph. 30(4):71, 2011 (Berkeley Garment Library)",
         "as is; publications that use the measurements shall cite the paper",
         "stiffness at zero strain as ARCSim simulates it (twice the tabulated values, negative"
-        " coupling taken as 0); bending = hinge coefficient / 4 at small curvature; limit = strain"
+        " coupling set to 0); bending = hinge coefficient / 4 at small curvature; limit = strain"
         " at 150 gf/cm (147 N/m) on the curve between the measurements at 0 and 16.7 %, if it"
         " reaches this load",
     ),
@@ -101,17 +101,17 @@ _COUPLED = (
 _GSM = "the source's density is read as g/m^2: as kg/m^3 it would be far too light"
 _ASSUMED = (_MEDIAN, _COUPLED, _GSM)
 _FACTOR = (
-    "stiffness is ambiguous by a factor 2 (labelled or simulated); the simulated, larger one is"
+    "stiffness is ambiguous by a factor of 2 (labelled or simulated); the simulated, larger one is"
     " used"
 )
 _KE = (
-    "bending is ambiguous by a factor 4 (ARCSim also reads the hinge coefficient as the rigidity"
+    "bending is ambiguous by a factor of 4 (ARCSim also reads the hinge coefficient as the rigidity"
     " itself)"
 )
 _SATURATED = "stiffness looks like a saturated fit, nearly the same for two fabrics: a lower bound"
 _OPEN = "the load of 150 gf/cm is not reached within the 16.7 % measured: no limit along weft"
 _OPEN_BOTH = "the load of 150 gf/cm is not reached within the 16.7 % measured: no limits"
-_NEGATIVE = "the fit's negative coupling is taken as 0"
+_NEGATIVE = "the fit's negative coupling is set to 0"
 
 
 def _bending(warp: float) -> tuple[float, float, float]:

@@ -105,7 +105,9 @@ def _moments(
             raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
         times = np.asarray(np.arange(count) * (step / rate), float)
     elif times is None:
-        raise InvalidInput(f"{source}: must come with times; give rate, frames per second [1/s]")
+        raise InvalidInput(
+            f"{source}: has no times; give rate, the number of frames per second [1/s]"
+        )
     elif times.shape != (count,):
         raise InvalidInput(f"{source}: must have one time per frame ({count}), got {times.size}")
     return times if start is None else times - times[0] + start

@@ -67,8 +67,8 @@ def stored_program(run: Stored) -> Program:
     stored = run.metadata.get("scene_file")
     if not stored:
         raise CacheError(
-            f"{run.directory}: was not written by `loomstone run`, so its scene is not known;"
-            " resume it in Python"
+            f"{run.directory}: was not written by `loomstone run`, so it does not contain its scene"
+            " file; resume it in Python"
         )
     if isinstance(stored, dict):
         path, source, given = (stored.get(name) for name in ("path", "source", "parameters"))

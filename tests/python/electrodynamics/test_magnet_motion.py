@@ -183,7 +183,7 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
         energies.append(sim.report.energy.body_kinetic + sim.report.energy.magnetic)
     energies = np.array(energies)
     first, last = energies[: 25 * 40], energies[-25 * 40 :]
-    assert np.ptp(energies) < 1e-2 * swing, "leapfrog's oscillation, second order in the step"
+    assert np.ptp(energies) < 1e-2 * swing, "it oscillates by kick-drift-kick, with order 2"
     assert abs(first.mean() - last.mean()) < 1e-4 * swing, "no drift"
 
 

@@ -94,7 +94,7 @@ def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
     np.save(tmp_path / "text.npy", np.array(["a", "b"]))
     for source, settings, said in [
         (npy, {"rate": 25.0}, "give the mesh whose vertices move"),
-        (npy, {"mesh": BALL}, "must come with times; give rate"),
+        (npy, {"mesh": BALL}, "has no times; give rate"),
         (npy, {"mesh": BALL, "rate": 0.0}, "rate must be > 0"),
         (
             npy,

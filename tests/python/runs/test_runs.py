@@ -225,8 +225,8 @@ def test_a_run_is_not_continued_as_another(run, hanging, euler):
         with pytest.raises(
             ls.CacheError,
             match=(
-                f"of another scene or integrator .these differ: {differ}.; continue with those of"
-                " the run"
+                f"of another scene or integrator .these differ: {differ}.; continue with the scene"
+                " and integrator of the run"
             ),
         ):
             ls.Simulation(scene, integrator=integrator).run(out=run, duration=0.2, resume=True)

@@ -68,7 +68,7 @@ def bring_to_rest(
     ):
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(
-                f"bring_to_rest: {name} must be > 0, got {value}; correct this value"
+                f"bring_to_rest: {name} must be finite and > 0, got {value}; correct this value"
             )
     window = max(window, 3 * simulation.step_size)
     peak = before = highest = 0.0
