@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// Position, axes and field of view of the camera. Axes are unit vectors; `forward` points into the
-// picture.
+// Position [m], axes and field of view of the camera. Axes are unit vectors; `forward` points into
+// the picture.
 struct View {
   Vec3 eye, right, up, forward;
   double tangent_x, tangent_y;   // tangents of half the angles of view

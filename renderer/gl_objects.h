@@ -46,8 +46,8 @@ GlObject make_texture(const GL& gl, const Texture& texture);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
 GlObject make_framebuffer(const GL& gl);
 
-// A compiled and linked shader program. Throws Unsupported with the message of OpenGL if a shader
-// does not compile or the program does not link.
+// A compiled and linked shader program. The constructor throws Unsupported with the message of
+// OpenGL if a shader does not compile or the program does not link.
 class Program {
  public:
   Program(const GL& gl, const std::string& name, const std::string& vertex,

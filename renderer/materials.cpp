@@ -51,8 +51,9 @@ GlObject make_image_texture(const GL& gl, const TextureImage& image, GLint wrap)
   return texture;
 }
 
-// Places the image of a look in uv coordinates: with its lower left corner at the origin if its
-// width is given, otherwise over the uv box if that has a finite area above zero.
+// Places the image of a look in uv coordinates. If the width of the image is given, its lower left
+// corner is at the origin. Otherwise, the image covers the uv box if the box has a positive, finite
+// area.
 void place_texture(const Look& look, const UvBox& box, Material& material) {
   if (look.texture_width > 0.0) {
     const double height = look.texture_width * look.texture->height / look.texture->width;

@@ -18,7 +18,7 @@ struct DrawnMesh {
   Index n_groups = 0;
   Triangles triangles;               // (m x 3) indices of drawn vertices, sorted by part
   std::vector<Eigen::Vector2f> uv;   // (k) [m]; zeros for bodies without a texture
-  std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
+  std::vector<Index> first_of_part;  // (parts + 1) first row of each part in `triangles`, then m
 };
 
 // Returns the mesh of the cloths, with one part for each cloth. A vertex is split where its

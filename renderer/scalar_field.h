@@ -33,13 +33,13 @@ std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& to
 // always 0 to 2. If there are no values, it is 0 to 1.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
 // Returns the range from color_low to color_high. An end that is not given is taken from the range
-// `values`. For fields other than contact, `values` is first changed in two steps. If the map is
-// diverging, `values` is replaced by a range centred on the neutral value (1 for stretch, 0 for
-// strains). If only one of color_low and color_high is given, and color_low is below or color_high
-// above the neutral value, the centred range reaches just as far as this end. Otherwise, it reaches
-// just far enough to contain `values`. In the second step, a range of almost no width is widened.
-// If only one end is given and all values are beyond it, the result begins or ends there and has
-// almost no width.
+// `values`. For fields other than contact, `values` is first changed in two steps. In the first
+// step, if the map is diverging, `values` is replaced by a range centred on the neutral value (1
+// for stretch, 0 for strains). If only one of color_low and color_high is given, and color_low is
+// below or color_high above the neutral value, the centred range reaches just as far as this end.
+// Otherwise, it reaches just far enough to contain `values`. In the second step, a range of almost
+// no width is widened. If only one end is given and all values are beyond it, the result begins or
+// ends there and has almost no width.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

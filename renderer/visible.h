@@ -11,7 +11,7 @@
 namespace loomstone {
 
 // Returns the topology without the triangles of hidden bodies and obstacles. Their vertices remain,
-// so that frames still match it. Hidden floors no longer count as floors.
+// so that frames still match the topology. Hidden floors do not count as floors.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
 
 // Returns the vertices of the triangles of bodies and obstacles other than floors, in ascending

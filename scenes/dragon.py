@@ -1,9 +1,9 @@
 """Iron balls fall on a magnetised dragon (figure 6.3 of [Thomaszewski2010]).
 
-Many balls stick to the coils of the serpentine dragon and to one another. The others fall to the
-floor. Red is north and blue is south. `-p mesh=FILE` uses any closed mesh as the dragon. `-p
-cells=1824` or `-p cells=3628` replaces the dragon's exact field by that of about this number of
-dipole cells, as in the thesis.
+Many balls stick to the serpentine dragon and to one another. The others fall to the floor. Red is
+north and blue is south. `-p mesh=FILE` uses any closed mesh as the dragon. `-p cells=1824` or `-p
+cells=3628` replaces the dragon's exact field by that of about this number of dipole cells, as in
+the thesis.
 """
 
 from pathlib import Path

@@ -1,5 +1,5 @@
 """A Halbach array: a row of cubes whose magnetisation turns by 90 degrees from one cube to the
-next, so that one side of the row is strong and the other weak.
+next, so that the field is strong on one side of the row and weak on the other.
 
 Field lines are dense above the array and sparse below it. Two equal small magnets are
 released at the same distance above and below the array. The upper one turns and is pulled in before

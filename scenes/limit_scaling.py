@@ -29,7 +29,7 @@ def scene(
     max_sweeps: int = 100,
 ) -> ls.Scene:
     """method: a value of LimitOptions.method, or "none"; in_solve: whether the implicit solve
-    treats limits before the sweeps do, which it never does with "edges".
+    enforces limits before the sweeps do. With "edges", only the sweeps enforce limits.
     """
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles)
     material = ls.ClothMaterial(

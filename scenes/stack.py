@@ -21,8 +21,8 @@ SIZE, BOX, WALL, HEIGHT, SPACING = 0.20, 0.23, 0.01, 0.12, 0.006
 
 
 def shaking() -> tuple[np.ndarray, np.ndarray]:
-    """Returns times [s] and positions [m] of the box. The box is at rest while the sheets land,
-    then moves sideways and up and down, and comes to rest again.
+    """Returns times (k) [s] and positions (k x 3) [m] of the box. The box is at rest while the
+    sheets land, then moves sideways and up and down, and comes to rest again.
     """
     times = np.arange(0.0, duration + 1e-9, 0.005)
     t = np.clip(times - 0.5, 0.0, 1.9)

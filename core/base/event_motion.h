@@ -70,8 +70,8 @@ struct EventMotion {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
   };
-  // Times in a queue of events [s]: for each vertex and each body, the time of its stored position
-  // or pose; and the present time `now`.
+  // Times in a queue of events [s]. `of_vertex` and `of_body` contain the time to which the stored
+  // position of each vertex, or pose of each body, belongs. `now` is the present time.
   struct Clocks {
     const Vector &of_vertex, &of_body;
     double now;
@@ -96,7 +96,7 @@ struct EventMotion {
   double step(Index vertex) const { return levels ? levels->step[levels->of_vertex[vertex]] : 0.0; }
 };
 
-// A cloth vertex that is tied to a point of a rigid body.
+// A cloth vertex that is attached to a point of a rigid body.
 struct AttachedVertex {
   Index row = 0;  // row of the cloth vertex
   int body = 0;

@@ -1,6 +1,6 @@
-// A description is a report or a struct of user input. Its function fields() declares each field
-// once, with name, unit, limits and meaning. Validation, Python bindings, repr and the digest of a
-// scene all read this list.
+// Declared fields. A struct of user input, or a report, has a function fields() that declares each
+// field once, with name, unit, limits and meaning. Validation, Python bindings, repr and the digest
+// of a scene all read this list.
 //
 //   struct Gas {
 //     double density = 1.2;

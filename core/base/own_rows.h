@@ -13,7 +13,7 @@ namespace loomstone {
 class OwnRows {
  public:
   OwnRows() = default;
-  explicit OwnRows(Points whole) : rows_(std::move(whole)) {}  // takes all rows of a table
+  explicit OwnRows(Points whole) : rows_(std::move(whole)) {}  // contains all rows of a table
   // Sets the range of rows. The values are undefined if the range changes.
   void resize(Index begin, Index end) { begin_ = begin, rows_.resize(end - begin, 3); }
   Index begin() const { return begin_; }

@@ -19,7 +19,7 @@ struct WordHash {
   }
 };
 
-// Returns the hash of bytes in words of eight; zeros complete the last word.
+// Returns the hash of `bytes`, read as words of eight bytes. Zeros complete the last word.
 inline std::uint64_t checksum_of(std::span<const unsigned char> bytes) {
   WordHash hash;
   for (std::size_t at = 0; at < bytes.size(); at += 8) {

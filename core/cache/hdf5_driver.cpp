@@ -38,7 +38,9 @@ struct JournaledFile : H5FD_t {
   haddr_t end_allocated = 0;  // HDF5's end of allocated space (EOA) [bytes]
   haddr_t length = 0;         // length of the file without a journal [bytes]
   haddr_t flushed = 0;        // value of `length` after the last flush [bytes]
-  PendingBytes pending;       // if the file is open for reading: metadata that has been read
+  // Bytes that are not written to the file yet. If the file is open for reading: metadata that has
+  // been read.
+  PendingBytes pending;
   // True: a flush has failed, and the file needs the journal at its end. The journal contains those
   // bytes in `pending` that lie before `flushed`.
   bool half_flushed = false;
@@ -154,8 +156,8 @@ herr_t close_file(H5FD_t* base) {
   return flushed;
 }
 
-// Two open files are never the same to HDF5, even if they have the same path: otherwise HDF5 would
-// give them one state, and a new reader would find the frames of the older reader only.
+// To HDF5, two open files are never the same, even if they have the same path. Otherwise HDF5 would
+// give them one state, and a new reader would find only the frames that the older reader has found.
 int compare_files(const H5FD_t* a, const H5FD_t* b) {
   if (a == b) return 0;
   return std::less<>()(a, b) ? -1 : 1;
@@ -175,7 +177,7 @@ herr_t set_end_of_allocated(H5FD_t* file, H5FD_mem_t, haddr_t address) {
   return 0;
 }
 
-// If another process writes the file, it may have grown.
+// The file may have grown if another process writes it.
 haddr_t end_of_file(const H5FD_t* base, H5FD_mem_t) {
   const JournaledFile& file = ours(base);
   struct stat status = {};
@@ -251,7 +253,7 @@ H5FD_class_t driver_class() {
   return result;
 }
 
-// Returns an open file of this driver, or null for files of other drivers.
+// Returns this driver's record of an open file, or null if the file belongs to another driver.
 JournaledFile* journaled_file(hid_t file) {
   const Id access(H5Fget_access_plist(file));
   void* handle = nullptr;

@@ -119,7 +119,8 @@ Hdf5File Hdf5File::open(const std::string& path) {
         "{}: not an HDF5 file, or one whose beginning is damaged; give a file that loomstone "
         "wrote.",
         path);
-  // If another process changes the file while its structure is read, the parts may not fit.
+  // If another process changes the file while its structure is read, the parts that have been read
+  // may not fit together.
   constexpr int most_attempts = 200;
   constexpr useconds_t pause = 5000;  // [us]
   const Id access(file_access());

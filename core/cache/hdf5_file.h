@@ -89,8 +89,9 @@ class Hdf5File {
  public:
   static Hdf5File create(const std::string& path);  // replaces an existing file
   static Hdf5File create_in_memory(const std::string& name);
-  // Opens the file for reading only. If another process writes it, tries again for about a second
-  // until no change falls into the opening. Then throws CacheError.
+  // Opens the file for reading only. If another process changes the file meanwhile, tries again for
+  // up to about a second. Throws CacheError if no attempt succeeds, or if the file is missing or
+  // damaged.
   static Hdf5File open(const std::string& path);
   static Hdf5File open_image(std::span<const unsigned char> bytes, const std::string& name);
   Hdf5File(Hdf5File&& other) noexcept;

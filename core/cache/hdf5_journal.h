@@ -38,7 +38,7 @@ class PendingBytes {
 // records.
 struct JournalTrailer {
   std::uint64_t mark, start;       // start: length of the file without the journal [bytes]
-  std::uint64_t records, trailer;  // checksums of the records, and of the three numbers before it
+  std::uint64_t records, trailer;  // checksums of the records, and of all numbers before `trailer`
 };
 
 struct Journal {

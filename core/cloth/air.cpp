@@ -8,7 +8,8 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
   if (air.gust == 0.0) return air.wind;
   const double speed = air.wind.norm();
   if (speed == 0.0) return air.wind;
-  // Coordinates of the place along the wind, across it and horizontal, and across both [m].
+  // Coordinates of the place [m]: s along the wind, p horizontally across the wind, and q normal
+  // to both directions.
   const Vec3 along = air.wind / speed;
   const bool vertical = along.head<2>().norm() < 1e-6;
   const Vec3 across = vertical ? Vec3(Vec3::UnitY()) : Vec3::UnitZ().cross(along).normalized();
@@ -87,7 +88,8 @@ double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface
                  const Vector& mass, Index begin, Index end) {
   if (!air.drags() || begin == end) return 0.0;
   const Incidence& around = surface.triangles_of_vertex;
-  Vector drag(surface.triangles.rows());  // (m) at each corner, per relative velocity [kg/s]
+  // (m) Upper bound of the drag on a corner, divided by the relative velocity [kg/s].
+  Vector drag(surface.triangles.rows());
   for_triangles_at(team, surface, begin, end, [&](Index t) {
     const auto [area, n, along, tangential] = relative_wind(air, surface, t);
     drag[t] = air.density * area / 6.0 *

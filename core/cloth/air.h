@@ -33,9 +33,9 @@ struct Air {
 };
 
 // Returns the velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind
-// times (1 + gust * w), where w, between -1 and 1, is the sum of three travelling sine waves. The
-// waves depend on the direction of the wind: a wind and a place that are turned about the z axis
-// have turned gusts. They are not taken from the literature.
+// times (1 + gust * w), where w, between -1 and 1, is the sum of three travelling sine waves. If
+// the wind and the place are turned about the z axis, the returned velocity turns with them. The
+// waves are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.
@@ -47,17 +47,18 @@ struct DraggedSurface {
   const Points& v;  // (n x 3) velocities [m/s]
 };
 
-// Adds drag [N] to rows [begin, end) of `force`: to the row of a vertex, one third of the drag of
-// each triangle at this vertex. The drag of a triangle is
+// Adds drag [N] to rows [begin, end) of `force`. A vertex gets one third of the drag of each of its
+// triangles. The drag of a triangle is
 //   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t),
 // where A is the current area, n the unit normal, u the velocity of the air relative to the mean
 // velocity of the triangle, and u_t the part of u tangential to the triangle.
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force);
 
-// Returns the largest rate [1/s] at which drag alone changes the velocity of a vertex in rows
-// [begin, end): the drag divided by the mass of the vertex and by its velocity relative to the air.
-// `mass` contains the masses of the vertices (n) [kg].
+// Returns an upper bound of the rate [1/s] at which drag alone changes the velocity of a vertex in
+// rows [begin, end). The rate is the drag on the vertex, divided by its mass and by its velocity
+// relative to the air. The bound adds the magnitudes of normal and tangential drag. `mass` contains
+// the masses of the vertices (n) [kg].
 double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
                  const Vector& mass, Index begin, Index end);
 

@@ -21,7 +21,7 @@ struct ClothModel {
   struct BendingPart {
     BendingElement element = BendingElement::MidEdge;
     Index cloth = 0;
-    Mat3 rigidity = Mat3::Zero();  // bending stiffness D for (kxx, kyy, 2 kxy) [N m]
+    Mat3 rigidity = Mat3::Zero();  // flexural rigidity D for (kxx, kyy, 2 kxy) [N m]
     double damping = 0.0;          // beta of stiffness-proportional bending damping [s]
     bool flat_rest = true;         // true: zero rest angles; false: angles of rest_positions
   };

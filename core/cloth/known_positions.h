@@ -20,7 +20,8 @@ class KnownPositions {
       : rows_(rows), others_(std::move(others)) {}
 
   // Returns whether, in the rows that the elements read, x has the same bits as the argument of the
-  // last call of set(). Returns false if set() has not been called, or not since the last forget().
+  // last call of set(). Returns false before the first call of set(), and after forget() until
+  // set() is called again.
   bool at(const Points& x) const {
     if (!known_) return false;
     const Index n = rows_.end - rows_.begin;

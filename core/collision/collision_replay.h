@@ -26,7 +26,8 @@ struct CollisionRecord {
 
 class CollisionReplay {
  public:
-  // Throws InvalidInput if the record is inconsistent or contains a number that is not finite.
+  // Throws InvalidInput if the numbers and indices of vertices and triangles are inconsistent, if
+  // positions or gap_floor are not finite, or if gap_floor is negative.
   explicit CollisionReplay(CollisionRecord record);
   ~CollisionReplay();
 
@@ -60,7 +61,7 @@ class CollisionReplay {
     std::shared_ptr<const Communicator> communicator;
   };
   // Collective. Performs a search `repetitions` times. Returns, for each repetition, the largest
-  // time that a rank needs from the end of its update of boxes until it has all results [s]. Throws
+  // time that a rank needs from the end of its refit of nodes until it has all results [s]. Throws
   // InvalidInput if `repetitions` is less than 1, and Unsupported if execution.decomposition is
   // Predicted.
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;

@@ -85,7 +85,7 @@ class CollisionStage {
   std::vector<BinnedSum> energies(const ContactMotion& motion, const StrengthInputs& inputs,
                                   const std::vector<Contact>& contacts, IndexRange rows) const;
 
-  // Appends terms that push intersecting features apart.
+  // Appends terms that move intersecting surfaces apart; see response/untangling.h.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;
 
   // Collective if contacts are divided. Updates the friction anchors of all contacts after the

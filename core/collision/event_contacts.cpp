@@ -89,7 +89,7 @@ FourPoints EventContacts::points_of(Index pair, double time, const EventMotion& 
 }
 
 // Returns the velocity of a vertex. For a vertex of a rigid body, returns instead the velocity of
-// the body at the contact point. It is the weighted mean of the velocities of the body's vertices
+// the body at the contact point. This is the weighted mean of the velocities of the body's vertices
 // in the pair.
 Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
   if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();
@@ -187,11 +187,11 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
   return event;
 }
 
-// Returns the largest weight with which something can move the features of a pair apart: the free
-// vertices of either feature, or the body with its attached vertices. A pair regains its thickness
-// at a speed in proportion to this weight. If this speed were the same for all pairs, free vertices
-// with small weights would get large velocities. Returns 1 if no vertex of the pair is attached to
-// Event::body.
+// Returns the largest total weight [1] of three groups: the free vertices of the first feature,
+// those of the second feature, and the body with its attached vertices. A pair regains its
+// thickness at a speed in proportion to this weight, which is at most 1. If this speed were the
+// same for all pairs, free vertices with small weights would get large velocities. Returns 1 if no
+// vertex of the pair is attached to Event::body.
 double EventContacts::movable(const Event& event, Index pair) const {
   if (event.with_body == 0) return 1.0;
   const int n_a = pairs_[pair].kind == ContactKind::VertexFace ? 1 : 2;

@@ -17,8 +17,8 @@ struct CoilForces {
   // circuit and a coil with given current is part of the entry of the circuit. The interaction of
   // two coils with given currents is part of the entry of the coil with the higher index.
   std::vector<CarrierWrenches> per_ampere;
-  // Interactions of pairs of circuits: those through magnetised bodies, and the direct ones. Two
-  // circuits on one carrier, or on obstacles at rest, have no direct interaction.
+  // Interactions of pairs of circuits: those through magnetised bodies, and the direct ones. Direct
+  // interactions of two circuits on one carrier, or on obstacles at rest, are omitted.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };
@@ -32,7 +32,8 @@ class PlacedCoils {
 
   const std::vector<MagneticBody>& with_one_ampere() const { return coils_; }
 
-  // Returns the wrenches between magnets and coils that carry `currents` (coils) [A].
+  // Returns the wrenches between `magnets`, in the order of the model, and coils that carry
+  // `currents` (coils) [A].
   CarrierWrenches with_magnets(const std::vector<MagneticBody>& magnets,
                                const Vector& currents) const;
   // Returns the wrenches among coils that carry `currents` (coils) [A], plus the wrenches of the

@@ -26,8 +26,8 @@ class MutualInductances {
 
   // `coils` contains all coils at their poses, each with one ampere. `response` is the response of
   // the bodies that the coils magnetise, or empty if there are none. Throws InvalidInput if
-  // diamagnetic bodies leave a circuit without positive self-inductance, or if mutual_inductance()
-  // throws it because two loops coincide.
+  // diamagnetic bodies leave a circuit without positive self-inductance, or if two loops whose
+  // mutual inductance is needed coincide.
   Inductances at(const std::vector<MagneticBody>& coils, const CircuitResponse& response);
 
  private:

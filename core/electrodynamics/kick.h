@@ -19,9 +19,9 @@
 //
 // With several circuits, L is the matrix of self and mutual inductances. The mutual inductances M
 // with coils of given current i_g add the EMF -M di_g/dt. The G of a circuit depends on the
-// currents of the other circuits and is evaluated at their i_m, by iteration. The circuits
-// lose energy to the part of the back-EMF that depends on these currents: half of it does work on
-// bodies, and half is stored in L as the bodies move. This also applies to the action of a circuit
+// currents of the other circuits and is evaluated at their i_m, by iteration. The circuits lose
+// energy to the part of the back-EMF that depends on these currents. Half of this energy does work
+// on bodies, and half is stored in L as the bodies move. The same holds for the action of a circuit
 // on itself through bodies that it magnetises (circuit_response.h). The flux of these bodies adds
 // to L. The velocities of scripted obstacles also enter G v. Forces do not move these obstacles.
 // The work that obstacles do against the forces of currents counts as supply.

@@ -46,7 +46,8 @@ void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
 // Further inputs of answer_contacts(): the impulses at the start of this sub-step, which the
 // velocities and momenta already contain, the impulses at its end, and the positions of the
-// obstacles at its end. The impulses are zero except in the first and last sub-step.
+// obstacles at its end. The impulses at the start are zero except in the first sub-step of a step,
+// and those at the end are zero except in the last.
 struct SubstepConditions {
   const BodyImpulses &at_start, &at_end;
   const ObstaclePlaces& end;

@@ -37,7 +37,8 @@ struct MagneticScene {
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
   double tolerance = 1e-4;      // tolerated force error, relative to the largest force [1]
-  double substep = 0.15;        // limit of sub-step length times angular frequency [1]
+  // Limit of sub-step length times angular frequency, and times rate of relative motion [1].
+  double substep = 0.15;
 };
 
 // A magnet on its carrier.
@@ -105,7 +106,7 @@ void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start
 
 // Returns the coordinate of `point` along the moment of a hard magnet on the carrier, relative to
 // the position of the magnet and divided by the radius of the magnet's bounding sphere. `point` is
-// given in the same axes as CarriedMagnet::local. Magnets with zero moment do not count. Of the
+// given in the same frame as CarriedMagnet::local. Magnets with zero moment do not count. Of the
 // others, the magnet with the smallest ratio of distance to this radius is chosen. The result is
 // positive on the side of the north pole and negative on the side of the south pole. It is 0 if all
 // ratios are at least 1.3. Dipoles without extent have the ratio 1 at any distance.

@@ -106,7 +106,8 @@ class MagneticMotion {
   SubstepFrequency frequency_;
   MutualInductances inductances_;
   std::optional<Instant> last_;
-  std::optional<Instant> previous_;  // start of the sub-step; empty while last_ is this instant
+  // Instant at the start of the sub-step; empty while last_ is that instant.
+  std::optional<Instant> previous_;
 };
 
 }  // namespace loomstone

@@ -12,7 +12,7 @@ struct OwnKick {
   Vec3 push, twist;      // [N s], [N m s]
 };
 
-// Mass, centre of mass and inertia about it of a group at given poses.
+// Mass and centre of mass of a group at given poses, and the inertia about this centre.
 struct GroupMass {
   double mass = 0.0;
   Vec3 centre = Vec3::Zero();
@@ -56,8 +56,8 @@ Mat3 turn_of(const MagneticModel& model, const KickedSubstep& substep, const Pre
   return rotation_matrix(quaternion_from_rotation_vector(substep.h * spin));
 }
 
-// Returns the momenta of the bodies of a group, and the differences of their kicks if the wrenches
-// at the start turn with the group.
+// Returns the momenta of the bodies of a group, and the differences of their kicks. The wrenches at
+// the start are turned with the group before the differences are taken.
 std::vector<OwnKick> own_kicks(const MagneticModel& model, const KickedSubstep& substep,
                                const PressedGroup& group) {
   const RigidState& answer = substep.answer.state;

@@ -32,7 +32,8 @@ class SubstepFrequency {
   double at(const Team& team, const Oscillators& now) const;
   // Returns the relative_motion_rate() of magnets and coils [1/s], or a larger value of at most
   // `negligible`. In a uniform field, the rate is at least the angular velocity of any coil and of
-  // any body that carries a magnet. `motions` are those of bodies, then obstacles.
+  // any body that carries a magnet other than a SoftSphere. `motions` are those of bodies, then
+  // obstacles.
   double motion_rate(const Team& team, const CarrierPlaces& places,
                      const std::vector<CarrierMotion>& motions, double negligible) const;
 

@@ -16,7 +16,7 @@ class ExplicitBending {
   // order 1 and amplify oscillations more.
   explicit ExplicitBending(bool second_order) : second_order_(second_order) {}
 
-  // The rows [begin, end), the length of the step, and SchemeCoefficients::time [s].
+  // Rows [begin, end) that receive forces, length of the step [s] and SchemeCoefficients::time [s].
   struct Step {
     Index begin, end;
     double length, time;

@@ -51,8 +51,8 @@ struct BodiesOfStep {
   std::vector<std::uint8_t>* with_cloth = nullptr;
 };
 
-// Input of a step. The rows are the cloth vertices. If the linear system includes rigid bodies, two
-// rows per body (translation, rotation) follow.
+// Input of a step. Tables have a row for each cloth vertex. If the linear system includes rigid
+// bodies, two rows per body (translation, rotation) follow.
 struct StepInputs {
   double step = 0.0;  // length h [s]
   double time = 0.0;  // start of the step [s]
@@ -90,9 +90,9 @@ struct StepInputs {
 
   // Returns whether any rank has terms of contacts. If so, the midpoint rules and BDF-2 take the
   // step by backward Euler. With their own formulas, cloth on stiff contacts would not come to
-  // rest, contacts that close within a step would add energy in the nonlinear midpoint rule, which
-  // evaluates them at the middle of the step, and BDF-2 would repeat the effect of impacts in the
-  // next step.
+  // rest. The nonlinear midpoint rule evaluates contacts at the middle of the step, so contacts
+  // that close within a step would add energy. BDF-2 would repeat the effect of impacts in the next
+  // step.
   bool in_contact() const { return forces_after != nullptr; }
 };
 
@@ -129,7 +129,7 @@ class Integrator {
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;            // true: the scheme accepts extra terms
   virtual bool damps() const { return false; }  // true: an implicit Euler scheme
-  // True if the energy of the strain that the linear model of a step neglects stays in the cloth.
+  // True if the energy of neglected strain, 1/2 dF^T dF over a step, stays in the cloth.
   virtual bool keeps_neglected_energy() const { return false; }
   // Time after the start of the step at which an implicit scheme evaluated forces in the last call
   // of advance(), as a fraction of the step [1].

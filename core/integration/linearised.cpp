@@ -322,7 +322,7 @@ class LinearisedIntegrator final : public Integrator {
     });
     place_fixed(step.inputs, state.x);
     if (scheme_ == Scheme::BackwardEuler) return;
-    // The forces of contacts are not smooth in time, so no history of BDF-2 contains them.
+    // Contact forces are not smooth in time, so a step with contacts leaves no history for BDF-2.
     if (scheme_ == Scheme::Bdf2 && step.inputs.in_contact())
       next_x_.resize(0, 3), next_v_.resize(0, 3);
     state.previous_x.swap(next_x_), state.previous_v.swap(next_v_);

@@ -176,8 +176,8 @@ class NewtonIntegrator final : public Integrator {
 
   // Takes one Newton step. Returns false if search() accepts none. The exact Jacobian gives
   // quadratic convergence, but it may be indefinite near buckling. The positive semi-definite
-  // Jacobian then still gives a descent direction. Unless the options select the exact Jacobian, it
-  // is tried only from the third Newton step on.
+  // Jacobian then still gives a descent direction. The exact Jacobian is tried in all Newton steps
+  // if the options select it, and otherwise from the third Newton step on.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;

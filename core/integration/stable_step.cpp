@@ -20,8 +20,8 @@ Points rough_vector(Index n) {
 // Largest eigenvalue of M^-1 A by power iteration, where apply(u) returns A u.
 template <class Apply>
 double largest_eigenvalue(const ClothModel& model, Apply&& apply) {
-  // Our choice. The result can be slightly below the eigenvalue, which the safety margin of the
-  // step allows for.
+  // Our choice. The result can be slightly below the eigenvalue. The safety margin of the step
+  // allows for this error.
   constexpr int iterations = 60;
   Points u = rough_vector(model.n_vertices);
   double eigenvalue = 0.0;

@@ -27,7 +27,7 @@ LOOMSTONE_INLINE double dots(Index first, Index last, const float* a, const floa
   return quad_sum(sum);
 }
 
-// Returns the pairs `mine` of all ranks together, sorted and without duplicates. Collective.
+// Returns the union of the pairs `mine` of all ranks, sorted and without duplicates. Collective.
 std::vector<std::pair<Index, Index>> pairs_of_all(
     const Communicator& ranks, const std::vector<std::pair<Index, Index>>& mine) {
   std::vector<std::size_t> starts(ranks.size() + 1, 0), by_rank(ranks.size() + 1);

@@ -1,6 +1,7 @@
-// Arithmetic without denormal numbers. Iterations that converge leave ever smaller numbers where a
-// system is undisturbed, and processors take up to a hundred times as long for denormal ones. All
-// threads of a solve by conjugate gradients use it, so the number of threads changes no bit.
+// Arithmetic without denormal numbers. Where a system is undisturbed, a converging iteration
+// produces ever smaller numbers, and processors take up to a hundred times as long for denormal
+// ones. All threads of a solve by conjugate gradients flush these to zero, so results have the same
+// bits on any number of threads.
 #pragma once
 
 #if defined(__SSE2__)

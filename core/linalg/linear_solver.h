@@ -107,12 +107,12 @@ enum class Unchanged { Nothing, Matrix, System };
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  // Solves for x (rows x 3) with the right-hand side b (rows x 3), of which only the rows of this
-  // rank are needed. On entry, x is the initial guess on free rows and the prescribed value on
-  // fixed rows. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the
-  // sizes of system, b and x disagree, Unsupported on several ranks if the method runs only on one,
-  // StepFailure if the matrix is not positive definite or not finite, and a SolverFailure of
-  // another type if b or the guess is not finite or memory runs out.
+  // Solves for x (rows x 3) with the right-hand side b (rows x 3). Only the rows of this rank are
+  // needed in b. On entry, x is the initial guess on free rows and the prescribed value on fixed
+  // rows. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
+  // of system, b and x disagree, Unsupported on several ranks if the method runs only on one,
+  // StepFailure if the matrix is not positive definite or not finite, and a SolverFailure that is
+  // no StepFailure if b or the guess is not finite or memory runs out.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const RowsIn& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

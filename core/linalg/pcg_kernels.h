@@ -24,8 +24,8 @@ void add_up(Index first, Index last, const Index* slots, const double* v, double
 struct SliceRows {
   Index first, last;
   const Index *rows, *slots;  // (all slices x 8)
-  // Rows [begin, end) of this rank. x begins with row `begin`. Empty lanes, whose row is not below
-  // `end`, belong to the row of x after these rows.
+  // Rows [begin, end) of this rank. x begins with row `begin`. The entry of an empty lane in `rows`
+  // is at least `end`. Empty lanes use the row of x that follows these rows.
   Index begin, end;
 };
 template <class Scalar>

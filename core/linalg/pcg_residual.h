@@ -1,5 +1,5 @@
 // Residuals b - A x, stored in double precision. Norms are sqrt(r . D^-1 r) over the free rows,
-// where D consists of the diagonal blocks of A.
+// where D consists of the diagonal blocks for which the preconditioner was built.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"

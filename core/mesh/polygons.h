@@ -16,9 +16,9 @@ namespace loomstone {
 std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners);
 
 // Returns the triangles of several polygons as row indices of `corners` (c x 3). Polygon p has the
-// corners start[p] to start[p + 1] - 1, of which there may be fewer than three. Throws InvalidInput
-// if `start` decreases or exceeds the number of corners, or if split_polygon() returns no triangles
-// for three or more corners.
+// corners start[p] to start[p + 1] - 1. A polygon with fewer than three corners has no triangles.
+// Throws InvalidInput if `start` decreases or has an entry outside [0, c], or if split_polygon()
+// returns no triangles for three or more corners.
 Triangles split_polygons(const Points& corners, const std::vector<Index>& start);
 
 }  // namespace loomstone

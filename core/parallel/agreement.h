@@ -13,8 +13,8 @@ namespace loomstone {
 // Returns if `failure` is null on every rank.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 
-// Collective. Runs `body` on this rank. If it throws on any of several ranks, all ranks throw as
-// agree_on() does. A single rank throws the exception of `body` itself.
+// Collective. Runs `body` on this rank. If `body` throws on any of several ranks, all ranks throw
+// as agree_on() does. A single rank throws the exception of `body` itself.
 template <class Body>
 void together(const Communicator& communicator, Body&& body) {
   if (communicator.size() == 1) {

@@ -1,5 +1,5 @@
 // Assignment of rows to ranks. There is one row per cloth vertex, followed by two rows per body.
-// Every rank stores vectors of all rows in one fixed order, but computes only the contiguous range
+// Every rank stores vectors of all rows in one fixed order. It computes only the contiguous range
 // of rows that it owns, and stores only the matrix rows of this range and the elements of one
 // MeshPart (mesh_part.h). In asynchronous steps, every rank computes all rows. Rows of other ranks
 // are refreshed by exchanging halos (few rows) or by gathering (all rows). Unlike in the common

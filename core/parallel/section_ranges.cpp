@@ -43,7 +43,8 @@ std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const Se
 }
 
 // Replaces each new cut r by present[r] if the cost between the two is at most `tolerance` times
-// the mean cost of a range. Cuts that would then precede the cut before them are moved to it.
+// the mean cost of a range. A cut that would then precede the previous cut is moved to the previous
+// cut.
 void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
                 double tolerance, std::vector<std::size_t>& cuts) {
   const double most =
@@ -55,8 +56,8 @@ void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>&
   }
 }
 
-// Divides the sections of each group by means of `cut`, which gets the group and the costs of its
-// pieces and returns the positions at which the group is cut.
+// Divides the sections of each group. `cut` receives the group and the costs of its pieces, and
+// returns the positions at which the group is cut.
 template <class Cut>
 SectionRanges ranges_of_groups(const std::vector<float>& costs, const SectionStarts& first,
                                Cut&& cut) {

@@ -35,7 +35,7 @@ void BulletWorld::updateAabbs() {
     btVector3 low, high, end_low, end_high;
     shape.getAabb(object.getWorldTransform(), low, high);
     shape.getAabb(object.getInterpolationWorldTransform(), end_low,
-                  end_high);  // obstacles keep their start pose during a step
+                  end_high);  // at the end of the step; obstacles keep their start pose
     low.setMin(end_low), high.setMax(end_high);
     low -= wider, high += wider;
     if (object.isStaticOrKinematicObject()) {
@@ -54,7 +54,8 @@ void BulletWorld::updateAabbs() {
 }
 
 // Sets the restitution of a contact point. Bullet multiplies this coefficient by the approach
-// speed, which includes the kicks, and gets the speed of the rebound.
+// speed, which includes the kicks, and gets the speed of the rebound. If the bodies bounce, a
+// positive gap is set to 0.
 void BulletWorld::set_restitution(const btPersistentManifold& manifold, double restitution,
                                   const btContactSolverInfo& info, btManifoldPoint& point) const {
   const auto& a = static_cast<const btRigidBody&>(*manifold.getBody0());

@@ -65,7 +65,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
                        const btContactSolverInfo& info, btManifoldPoint& point) const;
 
   std::vector<btScalar> margins_;  // contact distance of each object of the world [m]
-  std::vector<btVector3> before_;  // positions of the dynamic bodies at the start of the step [m]
+  std::vector<btVector3> before_;  // positions of m_nonStaticRigidBodies at the step's start [m]
   Kicks kicks_;
 };
 

@@ -1,4 +1,4 @@
-// Solver of Bullet with Coulomb's cone of friction.
+// Bullet's contact solver with the Coulomb friction cone.
 #pragma once
 
 #include "core/rigid/bullet.h"
@@ -6,11 +6,11 @@
 namespace loomstone {
 
 // Bullet bounds the friction of a contact separately along two directions: that of the sliding
-// velocity at the start of the step and the perpendicular one. Where other contacts turn the
-// sliding velocity, friction along the second direction would prevent that, with up to the same
-// force. A body that slides and spins would then keep the ratio of the two motions. This solver
-// bounds the length of the friction impulse instead, so friction opposes the sliding velocity of
-// its own contact, up to the change of direction within a step.
+// velocity at the start of the step and the perpendicular one. If other contacts turn the sliding
+// velocity, friction along the second direction would oppose this turn, with up to the same force.
+// A body that slides and spins would then keep the ratio of the two motions. This solver bounds the
+// length of the friction impulse instead, so friction opposes the sliding velocity of its own
+// contact, apart from the change of its direction within a step.
 class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
  protected:
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int n_bodies,

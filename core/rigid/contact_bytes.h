@@ -58,7 +58,7 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
 }
 
 // Copies the points of each saved manifold to the dispatcher's first unused manifold of the same
-// pair of bodies. If there is none, the boxes of the pair no longer overlap, so the pair has no
+// pair of bodies. If there is none, the boxes of the pair do not overlap, so the pair has no
 // contacts, and the saved points are dropped.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;

@@ -1,7 +1,7 @@
 // Contact points that the collision algorithms write to Bullet's manifolds themselves. Bullet's
-// btManifoldResult joins points that are closer than the contact breaking threshold. That distance
-// must be as long as the motion where contacts lie ahead of it, so all points of a small fast body
-// would become one.
+// btManifoldResult joins points that are closer than the contact breaking threshold. If contacts
+// lie ahead of a motion, this threshold must be as long as the motion, and all points of a small
+// fast body would become one.
 #pragma once
 
 #include "core/rigid/bullet.h"

@@ -67,7 +67,7 @@ class PairAlgorithm final : public btCollisionAlgorithm {
   }
 
  private:
-  // Number of equal parts of the step after which overlaps are searched for.
+  // Number of equal parts of the step at whose ends overlaps are searched for.
   static int parts_of(const btCollisionShape& first, const btCollisionShape& second,
                       double motion) {
     constexpr double most_parts = 32.0;

@@ -9,9 +9,10 @@ namespace loomstone {
 
 // Bullet's algorithms create contacts only where bodies overlap or nearly touch, so fast bodies
 // would sink into each other or pass through each other. If two fast bodies have no contact, but
-// overlap during or after the step, this algorithm creates the contacts of the first such overlap,
-// with the gaps at the start of the step. The step is divided into parts in which the bodies move
-// by at most the smaller of their inner radii (into at most 32 parts).
+// overlap during the step or at its end, this algorithm creates the contacts of the first such
+// overlap, with the gaps at the start of the step. Overlaps are searched for at the ends of equal
+// parts of the step, in which the bodies move by at most the smaller of their inner radii (at most
+// 32 parts).
 class PairAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.
@@ -29,7 +30,8 @@ class PairAlgorithms {
   std::array<Create, 8> create_;  // {sphere, hull, box} with each other, but not two spheres
 };
 
-// Creates the algorithm of `bullets` for a pair of shapes, and adds the same contacts ahead.
+// Returns the algorithm that `bullets` creates for a pair of shapes, extended by contacts ahead of
+// the motion as in PairAlgorithms.
 btCollisionAlgorithm* with_contacts_ahead(btCollisionAlgorithmConstructionInfo& info,
                                           btCollisionAlgorithmCreateFunc& bullets,
                                           const btCollisionObjectWrapper* first,

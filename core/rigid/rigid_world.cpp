@@ -193,10 +193,10 @@ std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const R
   return free;
 }
 
-// Sets the orientations of bodies that nothing has touched to those of their free motion, where it
-// is known (FreeMotion::orientation). If a body that spins fast was touched, its change of angular
-// velocity, which Bullet has computed for the orientation at the start, turns with the body. In
-// Bullet's own orientation, a slender body would have another energy with the same angular
+// Sets the orientations of bodies that nothing has touched to those of their free motion, where
+// these are known (FreeMotion::orientation). If a body that spins fast was touched, its change of
+// angular velocity, which Bullet has computed for the orientation at the start, turns with the
+// body. In Bullet's own orientation, a slender body would have another energy with the same angular
 // velocity.
 void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, double step,
                                       RigidState& state) {

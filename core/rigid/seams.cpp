@@ -53,9 +53,9 @@ btScalar closing_time(const BallContact& contact, const btVector3& motion) {
   return closed > contact.gap ? contact.gap / closed : 2.0;
 }
 
-// Path of a sphere that `earlier` contacts with other obstacles than that of `contact` block: the
-// motion in the step [m], and the direction in which the sphere goes on. Bodies may give way, so
-// contacts with them do not count.
+// Path of a sphere that `earlier` contacts block: the motion in the step [m], and the direction in
+// which the sphere goes on. Only contacts with obstacles count, because bodies may give way, and
+// only those with other obstacles than that of `contact`.
 struct Path {
   Path(const std::vector<BallContact>& earlier, const BallContact& contact, const btVector3& whole)
       : motion(whole), direction(whole) {
@@ -74,7 +74,8 @@ struct Path {
   btVector3 motion, direction;
 };
 
-// Distance of a point from the part [0, end] of a ray, in lengths of `direction`.
+// Returns the distance [m] of a point from the first part of a ray, which is as long as `end` times
+// the vector `direction`.
 btScalar distance_from_ray(const btVector3& point, const btVector3& from,
                            const btVector3& direction, btScalar end) {
   const btScalar length2 = direction.length2();
@@ -82,9 +83,10 @@ btScalar distance_from_ray(const btVector3& point, const btVector3& from,
   return (from + std::clamp(share, btScalar(0), end) * direction - point).length();
 }
 
-// Returns whether a sphere passes the other object on its path, although its whole motion `whole`
-// would meet it. The contact point stands for the object, which is right only if the two differ
-// little. A short motion enters no object far, so the path is continued beyond the step.
+// Returns whether a sphere passes the other object on its path, although its unblocked motion
+// `whole` would meet it. Only the contact point of the object is tested, which is sufficient if the
+// path and `whole` differ little. A short motion does not enter an object far, so the path is
+// continued beyond the step.
 bool passes(const BallContact& contact, const btVector3& whole, const Path& path) {
   const btRigidBody& sphere = first(*contact.manifold);
   const btVector3& centre = sphere.getWorldTransform().getOrigin();
@@ -100,7 +102,8 @@ bool passes(const BallContact& contact, const btVector3& whole, const Path& path
          distance_from_ray(contact.on_other, centre + motion, direction, BT_LARGE_FLOAT) >= least;
 }
 
-// Removes contacts of a sphere. `contacts` contains all that it has.
+// Removes the contacts of a sphere that its path does not reach. `contacts` contains all contacts
+// of the sphere.
 void remove_passed(std::vector<BallContact> contacts, btScalar step) {
   const btRigidBody& sphere = first(*contacts.front().manifold);
   const btVector3 motion = motion_at(sphere, sphere.getWorldTransform().getOrigin(), step);

@@ -6,13 +6,14 @@
 namespace loomstone {
 
 // Largest difference in height of flush surfaces, in contact distances (Bullet's contact breaking
-// threshold, about a fiftieth of the size of a body).
+// threshold, about 1 % of the diagonal of a body's bounding box).
 inline constexpr btScalar flush_share = 0.02;
 
-// A collision algorithm knows one pair. Where a sphere meets an obstacle A near its seam with B,
-// the algorithm for B finds that the motion of the sphere, which A stops, ends at the edge of B.
-// Removes such contacts: those that the motion of a sphere in a step [s] would close, but that this
-// motion does not reach after earlier contacts with other obstacles have blocked a part of it.
+// Removes wrong contacts of spheres at seams. Each collision algorithm knows only one pair. If a
+// sphere meets obstacle A near its seam with obstacle B, the algorithm for B does not know that A
+// stops the sphere, and finds a contact at the edge of B. The motion of the sphere in the step [s]
+// would close such a contact, but does not reach it after earlier contacts with other obstacles
+// have blocked a part of the motion.
 void remove_contacts_behind_others(btDispatcher& dispatcher, btScalar step);
 
 }  // namespace loomstone

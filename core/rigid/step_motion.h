@@ -5,7 +5,7 @@
 
 namespace loomstone {
 
-// Returns the pose of a shape after the given share [1] of a step in which nothing touches its
+// Returns the pose of a shape after the given share [1] of a step [s] in which nothing touches its
 // body.
 btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step, btScalar share = 1.0);
 // Returns the motion of the second object relative to the first, in the axes of the first, for a

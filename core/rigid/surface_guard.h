@@ -6,12 +6,13 @@
 namespace loomstone {
 
 // Contacts ahead of the motion keep fast bodies from passing surfaces. They are found for the
-// velocities before the contacts act, so a body that another one strikes may get a path without
-// them. This function tests the path of the centre of a body, which has just moved from `from` in
-// a step [s], against the triangles of all obstacles. If the centre has crossed a surface, the body
-// is put back along the path until its centre is as far before the surface as its inner radius.
-// It keeps its velocity, and has contacts in the next step. Bodies of several parts are not tested,
-// because their centres may lie outside of them.
+// velocities before the contacts act, so a body that another one strikes may move along a path
+// without contacts. This function tests the path of the centre of a body, which has just moved from
+// `from` in a step [s], against the triangles of all obstacles. If the centre has crossed a
+// surface, the body is put back along the path. The length of the path between its centre and the
+// surface is then the inner radius, or less if the path begins closer to the surface. The body
+// keeps its velocity, and has contacts in the next step. Compound shapes are not tested, because
+// their centres may lie outside of them.
 void stop_at_surfaces(btBroadphaseInterface& broadphase, const btVector3& from, btScalar step,
                       btRigidBody& body);
 

@@ -35,8 +35,8 @@ class Simulation {
              Decomposition decomposition = Decomposition::Predicted);
   ~Simulation();
 
-  // Advances by one step. If it throws SolverFailure, the state is reset to that at the start of
-  // the step.
+  // Advances by one step. If the step fails, restores the state at the start of the step and throws
+  // SolverFailure.
   void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
@@ -77,8 +77,8 @@ class Simulation {
   // positions or velocities restarts multistep schemes. Every step first checks the tables that
   // users may write. Every rank has all rows of each table. A step updates all rows on every rank,
   // except in cloth.previous_bending, where it updates only the rows that the rank owns. A rank
-  // should write only the rows that it owns. `pin_override`, poses of obstacles, and forces and
-  // torques on bodies are taken from rank 0.
+  // should write only the rows that it owns. `pin_override`, `target_time`, poses of obstacles, and
+  // forces and torques on bodies are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank owns to all other ranks.

@@ -118,9 +118,9 @@ def give_signatures_to_classes() -> None:
 
 
 def process(app: Any, what: str, name: str, obj: Any, *given: Any) -> tuple[str, str] | None:
-    """Returns the arguments and the result of a signature as strings; None without a signature.
+    """Returns the arguments and return type of a signature as strings; None without a signature.
 
-    given : the options of autodoc, and the arguments and the result that it has found
+    given : the options of autodoc, and the arguments and the return type that autodoc has found
     """
     _, signature, result = given
     if signature is None:

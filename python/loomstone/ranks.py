@@ -115,8 +115,8 @@ def together(ranks: Communicator) -> Iterator[None]:
 def check_same(ranks: Communicator, call: str, **given: object) -> None:
     """Raises InvalidInput on all ranks unless all ranks give the same arguments to a function.
 
-    All ranks must call this function. If a rank has failed instead, its error is raised. Arguments
-    are equal if their reprs are.
+    All ranks must call this function. If a rank calls share_failure() instead, its error is raised.
+    Arguments count as equal if their reprs are equal.
 
     call : name of the function, for the message
     """

@@ -196,8 +196,8 @@ class Simulation(_core.Simulation):
         that `loomstone resume` can continue the run if it has no `control`. Raises CacheError if
         the directory cannot be used, for example while another process writes a run into it.
         After Ctrl-C, SIGTERM or SIGUSR1 in the main thread, raises KeyboardInterrupt once a
-        checkpoint is written or after 10 s, and at once after a further Ctrl-C. The attribute
-        `signal` of this exception is the number of the signal.
+        checkpoint is written or after 10 s. The attribute `signal` of this exception is the number
+        of the signal. A further Ctrl-C raises KeyboardInterrupt at once, without this attribute.
         """
         look = _look(render, Path(out) if resume else None)
         _check_run(compression, record_tasks, control)

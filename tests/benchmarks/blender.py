@@ -1,5 +1,4 @@
-"""A run in Blender: exports it, loads the export into Blender, compares positions and draws a
-picture.
+"""Exports a run, loads the export into Blender, compares positions and draws a picture.
 
     python tests/benchmarks/blender.py [RUN] [--to usd|gltf|alembic|pc2|mdd] [--frame N]
             [--out DIRECTORY] [--blender-python PYTHON] [--samples N]

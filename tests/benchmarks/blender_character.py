@@ -1,11 +1,10 @@
-"""A character from Blender as an obstacle: exports it to glTF and USD, reads obstacles from both
-files, and compares these with the vertices in Blender.
+"""Compares a character in Blender with obstacles that are read from its glTF and USD files.
 
     python tests/benchmarks/blender_character.py [--blender-python PYTHON]
 
 PYTHON is an interpreter that has the module bpy (Blender 5, Python 3.11). The character is a tube
-with a shape key, skinned to a moving armature. The program prints the largest distance between a
-vertex in Blender and the nearest one of the obstacle, over all frames.
+with a shape key, skinned to a moving armature. For each file, the program prints the largest
+distance between a vertex in Blender and the nearest vertex of the obstacle, over all frames.
 """
 
 import argparse

@@ -5,8 +5,8 @@ increasing numbers of cells and with the accurate engine.
 
 Both cubes are aligned lattices of N x N x N dipoles. The force of a pair depends only on its
 offset, so the sum runs over offsets instead of pairs. Up to N = --tree, the treecode sums over the
-dipoles themselves at a gap of 5 mm, and its result may differ from this sum by up to twice its
-tolerance.
+dipoles themselves at a gap of 5 mm. The result must differ from the sum over offsets by less than
+twice the tolerance of the treecode.
 
 Errors are relative to the closed form for parallel cuboids. For the accurate engine, one cube is
 turned by 1e-9 rad relative to the other, so that the engine integrates numerically instead of using

@@ -1,5 +1,5 @@
-"""Compares verdicts and impact times of random queries of continuous collision detection, most of
-which are degenerate, with those of exact integer arithmetic in Python.
+"""Compares verdicts and impact times of continuous collision detection with those of exact integer
+arithmetic in Python. The queries are random, and most of them are degenerate.
 
     python tests/benchmarks/exact_verdicts.py --queries 1000000 [--seed 0]
 """

@@ -355,8 +355,8 @@ def pushed(speed: float = 0.6) -> ls.Scene:
 
 
 def pulled_over(friction: float = 0.0) -> ls.Scene:
-    """A stiff sheet of 36 g lies on a table, and one of its sides hangs over the edge. From rest,
-    pins pull this side downwards, and reach 0.66 m/s after 0.4 s.
+    """A stiff sheet of 36 g lies on a table. One of its sides reaches 50 mm beyond the edge. From
+    rest, pins pull this side downwards, and reach 0.66 m/s after 0.4 s.
     """
     sheet = ls.grid(size=(0.6, 0.3), cells=(16, 8)).moved((-0.25, 0, 0.004))
     pins = np.flatnonzero(sheet.vertices[:, 0] > sheet.vertices[:, 0].max() - 1e-9)

@@ -43,7 +43,7 @@ def seen(
     integrator: ls.Integrator | None = None,
     look: Callable[[ls.RenderOptions, ls.Frame], ls.RenderOptions] | None = None,
 ) -> Pictures:
-    """Returns pictures of a scene at `times` [s]. Those after the end show the last state."""
+    """Returns pictures of a scene at `times` [s]. Times after --duration are replaced by it."""
     file = opened(name, options)
     sim = ls.Simulation(file.scene(), integrator=integrator or file.integrator)
     wanted = [min(time, options.duration or max(times)) for time in times]

@@ -9,7 +9,7 @@ accurate engine, in one run on one thread.
 - magnetics: one evaluation of all forces and torques, including induced moments
 - substeps: evaluations per step
 - rigid: remaining time of a step
-- frames/s: frames of 40 ms
+- frames/s: frames (40 ms of simulated time each) per second
 - gain: time of the sum over all pairs of leaves (smallest cells) divided by that of the sum over
   fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]);
   timed only for magnets with cells, if there are at least two. For this, bodies are moved to their

@@ -57,7 +57,7 @@ def present(path: Path) -> Path:
 
 
 def mpirun(ranks: int) -> list[str]:
-    """Returns the words that start a program on `ranks` ranks if they precede its command.
+    """Returns the words to put before a command that is to run on `ranks` ranks.
 
     Ranks may share processors. If the user is root, the command needs AS_ROOT in its environment.
     Exits with status 77 if mpirun is not installed.

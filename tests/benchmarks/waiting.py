@@ -1,5 +1,6 @@
-"""Cost of waiting threads: wall and processor time of a drape for several spin counts (how often a
-thread checks for work before it sleeps), on an idle machine and with busy processes.
+"""Cost of waiting threads: wall and processor time of a drape for several spin counts, on an idle
+machine and with busy processes. A spin count is the number of times that a thread checks for work
+before it sleeps.
 
     python tests/benchmarks/waiting.py [--triangles 3600 --duration 0.4 --busy 0 2 4 --repeats 3
             --counts 0 500 1000 2000 4000 8000 16000 300000 --threads 2 --ranks]

@@ -16,7 +16,7 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
   const FrameTopology topology = example_topology(5, with_bodies);
   const int compression = GENERATE(0, 4);
   const std::string metadata = "{\"scene\": \"two cloths \xC3\xA9\"}";
-  const int n_frames = 40;  // fills more than two of the blocks by which an uncompressed file grows
+  const int n_frames = 40;  // three blocks: an uncompressed file grows by blocks of 16 frames
   {
     FrameWriter writer(directory.path(), topology, metadata, compression);
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);

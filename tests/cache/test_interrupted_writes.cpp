@@ -1,5 +1,6 @@
-// Tests of runs whose writer is killed within a frame. The test program records what the writer
-// does to its files, repeats it on copies of them, page by page, and reads the copies each time.
+// Tests of runs whose writer is killed, or finds the disk full, within a frame. For kills, the test
+// program records the changes that the writer makes to its files, repeats them page by page on
+// copies of the files, and reads the copies after each page.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -23,13 +24,13 @@ namespace {
 
 struct Change {
   std::string file;  // name without the directory
-  off_t at;          // first byte that is written, or the new length
+  off_t at;          // position of the first byte written, or new length of the file [bytes]
   bool sets_length;
   std::vector<unsigned char> bytes;
 };
 
 std::vector<Change>* recorded_changes = nullptr;  // null: changes are not recorded
-int writes_until_full = -1;  // number of writes until one fails; negative: none fails
+int writes_until_full = -1;  // writes that succeed before one fails; negative: none fails
 
 void record(int descriptor, Change change) {
   if (!recorded_changes) return;
@@ -58,7 +59,7 @@ extern "C" int ftruncate(int descriptor, off_t length) noexcept {
 
 namespace {
 
-// A kill interrupts a write between two pages of memory.
+// Size of a page of memory [bytes]. A kill can interrupt a write only between two pages.
 constexpr off_t page = 4096;
 
 // Repeats a change in the copy of a run in `directory`, page by page. Calls `visit` after each
@@ -89,11 +90,11 @@ void copy_run(const TemporaryDirectory& from, const TemporaryDirectory& to) {
 struct Pieces {
   FrameTopology topology;
   std::string directory;
-  int n_frames = 0;  // number of frames that the last check found
+  int n_frames = 0;  // frames that the last check found; at first, frames already written
   int n_checks = 0, n_wrong = 0;
   std::string first_fault = {};
 
-  // Reads the last frames of the run and its first one.
+  // Checks that no frame is lost, and compares the first frame and the last three with the example.
   void check() {
     ++n_checks;
     std::string fault;
@@ -160,7 +161,7 @@ TEST_CASE("a reader that stays open returns the frames that it has found, while 
     const int index = from - 1 - n_changes / 16 % 40;
     n_wrong += !same(busy.frame(index), example_frame(topology, index));
   }
-  // The idle reader reads its first frame after all changes.
+  // The idle reader reads its frames only here, after all changes.
   for (int index = 0; index < from; index += index < from - 60 ? 20 : 1)
     n_wrong += !same(idle.frame(index), example_frame(topology, index));
   CHECK(n_wrong == 0);
@@ -194,7 +195,8 @@ TEST_CASE("a reader in the process of a writer that fails returns the frames tha
   }
 }
 
-// A frame writes structure that exists already (5) or allocates new blocks (16).
+// In a file without compression, the frame after 5 frames fits into the blocks that exist, and the
+// frame after 16 frames needs new ones.
 TEST_CASE("after any write that failed, a run is complete, and the frame can be written again") {
   const int compression = GENERATE(0, 1), n_before = GENERATE(5, 16);
   CAPTURE(compression, n_before);
@@ -215,7 +217,7 @@ TEST_CASE("after any write that failed, a run is complete, and the frame can be 
     } catch (const CacheError& error) {
       failed = std::string(error.what()).find("No space left on device") != std::string::npos;
     }
-    if (writes_until_full >= 0) break;  // no write has failed: `position` is their number
+    if (writes_until_full >= 0) break;  // no write failed: the frame takes `position` writes
     CAPTURE(position);
     CHECK(failed);
     check();

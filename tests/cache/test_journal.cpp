@@ -21,7 +21,8 @@ using Bytes = std::vector<unsigned char>;
 
 constexpr std::uint64_t start = 1000;  // length of the file without the journal
 
-// A file of `start` zeros, followed by the records and, if `ends`, by a trailer that fits them.
+// A file of `start` zeros, followed by the records and, if `ends` is true, by a trailer that fits
+// the records.
 class JournalFile {
  public:
   JournalFile(const Bytes& records, bool ends = true)
@@ -50,7 +51,7 @@ class JournalFile {
 
 struct Record {
   std::uint64_t address, count;
-  std::uint64_t n_bytes;  // number of bytes that follow the head; right if it equals `count`
+  std::uint64_t n_bytes;  // number of bytes after the head; valid records have `count` of them
 };
 
 Bytes records_of(const std::vector<Record>& records) {

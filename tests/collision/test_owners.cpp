@@ -128,7 +128,7 @@ TEST_CASE("ranks find all contacts of vertices that have moved since the last ce
 
 TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
   const TestScene scene = sheets_on_table(40);
-  // For each rank, how many of the steps 20 to 39 take two collective operations.
+  // For each rank, the number of steps from 20 to 39 that take two collective operations.
   std::vector<int> steps(3, 0);
   on_ranks(3, [&](const auto& ranks) {
     CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
@@ -143,7 +143,7 @@ TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
       if (step >= 20) steps[ranks->rank()] += ranks->traffic().operations - before == 2;
     }
   });
-  // Other steps distribute the lists again, at most once in eight updates.
+  // In the other steps, the ranks distribute the lists again, at most once in eight updates.
   for (const int n : steps) CHECK(n >= 15);
 }
 

@@ -60,7 +60,7 @@ def digest(make: Callable[[], Case], layout: Layout) -> str:
 
 
 def digests(names: list[str], layout: Layout) -> Iterator[tuple[str, str]]:
-    """Yields the name and digest of each case, or of each whose name contains one of `names`.
+    """Yields the name and digest of each case; with `names`, only if its name contains one of them.
 
     On several ranks, skips the cases that support one rank only.
     """

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double step = 1e-3;
 
-// Bodies and stands with their magnets and coils, without gravity.
+// Bodies and stands (static obstacles) with their magnets and coils. Gravity is zero by default.
 struct Experiment {
   std::vector<RigidBody> bodies;
   MagneticScene scene;
@@ -203,8 +203,8 @@ TEST_CASE("magnets that touch and turn about their centre keep their momenta and
   }
   CHECK(motion.momentum().norm() < 1e-12 * size);
   CHECK((motion.angular_momentum() - l).norm() < 1e-12 * l.norm());
-  // Forces between cuboids change a lot as soon as their faces are no longer parallel, so faces
-  // rock. Without friction they also slide.
+  // Forces between cuboids change strongly as soon as the touching faces are not parallel, so these
+  // faces rock. Without friction, they also slide.
   CHECK(most < (round ? 1.00001 : friction > 0.0 ? 1.01 : 1.1) * energy);
   CHECK(motion.kinetic_energy() > 0.999 * energy);
   const Vec3 apart = (motion.state.positions.row(1) - motion.state.positions.row(0)).transpose();
@@ -314,7 +314,7 @@ TEST_CASE("the energy from a circuit's source is heat, stored energy and work on
 TEST_CASE("currents approach V / R, however short the time constant of their circuit is") {
   Coil coil = winding();
   coil.resistance = 10.0, coil.voltages = {2.0};
-  // V / R is 0.2 A; the magnet, which has moved by less than a millimetre, induces little.
+  // V / R is 0.2 A. The magnet moves by less than a millimetre, so it induces little voltage.
   for (const double inductance : {1e-2, 1e-3, 1e-4, 1e-6, 1e-9}) {
     coil.inductance = inductance;
     Motion motion(magnet_over_coil(coil));

@@ -129,7 +129,7 @@ TEST_CASE(
 
 TEST_CASE("concave faces of OBJ and PLY files are covered once, and keep their uv") {
   const Folder folder;
-  // A face in the shape of an L. Its first corner sees only a part of it.
+  // A face in the shape of an L. A fan of triangles around its first corner would not cover it.
   const std::string corners = "2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 0\n";
   std::string obj = "f 1/1 2/2 3/3 4/4 5/5 6/6\n", line;
   std::istringstream lines(corners);

@@ -231,8 +231,8 @@ TEST_CASE("a rising surface throws a ball up at the speed of the point of contac
     if (i * h <= end) carried = state.velocities(0, 2);
   }
   // At the end of its motion, the surface at x = 0 rises at c t = 1 m/s. The tolerance allows for a
-  // slide of the ball towards the edge at rest, where the surface is slower. The ball then flies
-  // freely for 0.15 s.
+  // slide of the ball towards the edge that does not move, where the surface is slower. The ball
+  // then flies freely for 0.15 s.
   CHECK(carried == Approx(1.0).epsilon(0.15));
   CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }
@@ -246,8 +246,8 @@ TEST_CASE("a fast small ball does not pass through a thin floor") {
   CHECK(state.positions(0, 2) > 0.0);
 }
 
-// Way [m] of a disc that slides at 1 m/s and spins, until it rests. Its weight is carried by its
-// rim, where friction opposes the local sliding velocity.
+// Distance [m] that a disc slides until it rests. The disc starts at 1 m/s and spins at `spin`
+// [rad/s]. Its rim carries its weight, and friction there opposes the local sliding velocity.
 double way_of_rim(double radius, double spin, double friction, double gravity) {
   constexpr int n_points = 64;
   const double step = 1e-5;
@@ -277,7 +277,8 @@ TEST_CASE("friction of a disc that slides and spins opposes the sliding of each 
   RigidState state = world.initial_state();
   run(world, state, step, static_cast<int>(1.2 / step), 1);
   CHECK(state.velocities.row(0).norm() < 1e-6);
-  // A step has four contacts at the rim, whose places relative to the velocity change.
+  // The tolerance is needed because each step has only four contacts at the rim, and their places
+  // relative to the velocity change.
   CHECK(state.positions(0, 0) == Approx(way_of_rim(0.05, spin, 0.3, 9.81)).epsilon(0.01));
 }
 
@@ -292,8 +293,9 @@ TEST_CASE("a cylinder loses the speed of the impacts of its facets while it roll
   RigidWorld world({roller}, {floor_of(4.0, 1, 0.5)}, gravity);
   RigidState state = world.initial_state();
   run(world, state, step, static_cast<int>(std::round(1.0 / step)), 1);
-  // Each facet, of length 2 r sin(pi / n), lands without a bounce. The angular momentum about its
-  // new edge stays the same, so the angular velocity falls by 2/3 (1 - cos(2 pi / n)) of itself.
+  // Each facet, of length 2 r sin(pi / n), lands without a bounce. The angular momentum about the
+  // edge that lands stays the same, so the angular velocity falls by the fraction
+  // 2/3 (1 - cos(2 pi / n)).
   const double share = 2.0 / 3.0 * (1.0 - std::cos(2.0 * M_PI / sides)),
                rate = share / (2.0 * radius * std::sin(M_PI / sides));
   const double wanted = speed / (1.0 + rate * speed);

@@ -84,8 +84,8 @@ TEST_CASE("a cube keeps its velocity when it slides over the edge of a closed ob
   const Points none = Points::Zero(1, 3);
   ObstaclePlaces places({RigidPose{Vec3(0, 0, -0.25), Vec4(1, 0, 0, 0)}});
   if (deforms) places = ObstaclePlaces({RigidPose{Vec3(0, 0, -0.25)}}, table.vertices);
-  // Until the centre of mass has passed the edge. Then the cube starts to tip, and the edge pushes
-  // its bottom forward.
+  // Takes steps while the centre of mass is before the edge. Beyond the edge, the cube tips, and
+  // the edge pushes the bottom of the cube forward.
   while (state.positions(0, 0) + speed * step < 0.5)
     world.advance(step, {none, none}, places, state);
   CHECK(state.velocities(0, 0) == Approx(speed).epsilon(1e-6));
@@ -130,9 +130,9 @@ TEST_CASE("a coin slides as far as friction lets it, wherever it starts") {
     for (int i = 0; i < 500; ++i)
       world.advance(1e-3, {none, none}, ObstaclePlaces({{flat.position, flat.orientation}}), state);
     const Vec3 moved = state.positions.row(0).transpose() - at - Vec3(0, 0, 0.001);
-    // v^2 / (2 mu g), to the length of a step. The contacts of two bodies are up to four points
-    // that Bullet collects over several steps. Their friction turns the coin, which deflects it a
-    // little.
+    // The distance is v^2 / (2 mu g), up to the motion in one step. Two bodies have up to four
+    // contact points, which Bullet collects over several steps. The friction at these points turns
+    // the coin and thus deflects it a little.
     CHECK(moved.x() == Approx(1.0 / (2 * 0.3 * 9.81)).margin(1e-3));
     CHECK(std::abs(moved.y()) < (on_table ? 5e-3 : 1e-3));
     CHECK(state.velocities.row(0).norm() < 1e-3);
@@ -148,7 +148,7 @@ struct Thrown {
   std::string shape;
   Vec3 velocity;
   Vec3 turned;   // rotation vector of the orientation [rad]
-  double outer;  // bound of the distance of the points from the centre [m]
+  double outer;  // upper bound on the distance of the points from the centre [m]
 };
 
 std::vector<Thrown> thrown_things() {
@@ -222,7 +222,7 @@ TEST_CASE("fast bodies do not pass through a thin body that lies on the floor") 
 }
 
 TEST_CASE("a body that another one strikes does not pass through the floor below it") {
-  // The ball gives the body at rest 20 mm above the floor a speed of about 40 mm per step.
+  // The body is at rest 20 mm above the floor. The ball gives it a speed of about 40 mm per step.
   for (const std::string shape : {"sphere", "box", "convex"}) {
     CAPTURE(shape);
     const bool round = shape == "sphere";
@@ -261,8 +261,9 @@ TEST_CASE("bodies that glide fast past edges and over gaps keep their velocity")
   }
 }
 
-// The spin about the long axis of a rod has little energy. If contacts turned it into a tumble, the
-// energy of the rod would grow by the ratio of its moments of inertia, which is 7200.
+// The spin about the long axis of a rod has little energy. If contacts turned this spin into a
+// tumble of the same angular velocity, its energy would grow by the ratio of the moments of
+// inertia, which is 7200.
 TEST_CASE("a thin rod that falls on a box gains no energy") {
   const double step = GENERATE(5e-4, 1e-3);
   std::mt19937 random(3);

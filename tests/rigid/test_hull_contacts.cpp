@@ -1,5 +1,5 @@
-// Tests of contacts of convex polyhedra with triangles, and of bodies with few corners that
-// are thrown or lie on triangles.
+// Tests of contacts of convex polyhedra with triangles, and of bodies that fall, slide or rest on
+// floors, obstacles and other bodies.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -408,7 +408,7 @@ TEST_CASE("a hull of many corners that falls on a floor stops at its surface") {
     const Points x = hull.mesh->vertices() * turned.transpose();
     lowest = std::min(lowest, state.positions(0, 2) + x.col(2).minCoeff());
   }
-  // With 4 ms, the hull sinks in by up to 1.6 mm, because it turns within the step.
+  // In steps of 4 ms, the hull sinks in by up to 1.6 mm, because it turns within a step.
   CHECK(lowest > (step < 2e-3 ? -1e-5 : -2e-3));
 }
 
@@ -439,7 +439,8 @@ TEST_CASE("a body that falls fast on another body stops at its surface and keeps
 }
 
 // Both ends of an edge that stands on the floor are nearer to the floor than the contact distance,
-// which is 2 % of the size of a body, and they have the same nearest point.
+// which is about 1 % of the diagonal of the bounding box. The two ends also have the same nearest
+// point of the floor.
 TEST_CASE("thin plates and rods rest on a floor by whichever side they lie on") {
   const std::string shape = GENERATE("box", "convex");
   const bool upside_down = GENERATE(false, true);

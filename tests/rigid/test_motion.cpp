@@ -41,8 +41,8 @@ TEST_CASE("a falling sphere follows symplectic Euler to rounding") {
 }
 
 TEST_CASE("a free body keeps its momenta to rounding and its energy to second order in the step") {
-  // A bar that spins about its intermediate axis tumbles. The mesh is rotated and shifted, so
-  // its principal axes are not the mesh axes and its centre of mass is not the origin.
+  // A bar that spins about its intermediate axis tumbles. The mesh is rotated and shifted, so the
+  // principal axes of the bar are not the mesh axes and its centre of mass is not the origin.
   RigidBody bar = body_of(box(0.4, 0.2, 0.1).moved(Vec3(0.3, 0.1, -0.2), turn), "convex");
   bar.velocity = Vec3(1, 2, 3);
   bar.angular_velocity = turn * Vec3(0.1, 5.0, 0.1);

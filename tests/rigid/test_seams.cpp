@@ -1,4 +1,4 @@
-// Tests of bodies that slide from one obstacle to another whose surface is flush with it.
+// Tests of bodies at the border between two obstacles: flush seams, steps and grooves.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -14,8 +14,9 @@ RigidObstacle slab(double friction) {
   return {shared(box(1.0, 1.0, 0.2)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
 }
 
-// Slides a body for `way` [m], or to rest, over slabs of 1 m with the given heights [m], from the
-// middle of the first slab along x. Returns its state at the end.
+// Moves a body along x over slabs of 1 m with the given heights [m]; the first slab is centred at
+// x = 0. The duration is that of a motion by `way` [m] at the initial velocity. Returns the final
+// state.
 RigidState slide(const RigidBody& body, const std::vector<double>& heights, double friction,
                  double step, double way) {
   std::vector<RigidObstacle> slabs;
@@ -69,7 +70,7 @@ TEST_CASE("friction stops a cube on a row of obstacles as far away as on one") {
   const double step = GENERATE(1e-3, 4e-3, 1e-2), yaw = GENERATE(0.0, 0.3);
   CAPTURE(step, yaw);
   const RigidState end = slide(cube(3.0, yaw, 0.3), {0.0, 0.0, 0.0}, 0.3, step, 6.0);
-  // v^2 / (2 mu g), within one step of the start.
+  // The distance is v^2 / (2 mu g), up to the motion in one step at the initial velocity.
   CHECK(end.positions(0, 0) == Approx(9.0 / (2.0 * 0.3 * 9.81)).margin(3.0 * step));
   CHECK(end.velocities.row(0).norm() < 1e-6);
 }
@@ -114,7 +115,7 @@ TEST_CASE("a step between two obstacles stops a ball that rolls against it") {
   RigidBody ball = body_of(icosphere(0.05, 2), "sphere", Vec3(0, 0, 0.05));
   ball.friction = 0.0, ball.velocity = Vec3(0.5, 0, 0);
   const RigidState end = slide(ball, {0.0, height}, 0.0, step, 1.0);
-  // A step of 2 cm meets the ball when its centre is at 0.5 m - sqrt(5^2 - 3^2) cm.
+  // The ball meets a step of 2 cm when the centre of the ball is at 0.5 m - sqrt(5^2 - 3^2) cm.
   CHECK(end.positions(0, 0) < 0.461);
 }
 
@@ -134,7 +135,7 @@ TEST_CASE("a ball rests in a groove of two obstacles, and where a floor meets a 
   for (const RigidObstacle& each : slabs) poses.push_back({each.position, each.orientation});
   RigidBody ball = body_of(icosphere(r, 2), "sphere", axes * Vec3(r, 0, r));
   ball.friction = 0.0;
-  // Towards the wall, a second force is needed: the world's gravity is inclined.
+  // With a wall, gravity is inclined, so that it also presses the ball against the wall.
   RigidWorld world({ball}, slabs, wall ? Vec3(-5, 0, -8) : gravity);
   RigidState state = world.initial_state();
   const Vec3 start = state.positions.row(0).transpose();

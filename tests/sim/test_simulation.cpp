@@ -403,7 +403,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
     parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
-  // The reference takes steps of 5 ms, which damp the fall less than longer ones. The tolerance is
+  // The reference takes steps of 5 ms, which damp the fall less than longer steps. The tolerance is
   // 5 % of the cloth's length.
   IntegratorOptions fine = o;
   fine.set_step(0.005), fine.newton()->max_newton_iterations = 50;

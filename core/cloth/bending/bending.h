@@ -28,7 +28,7 @@ struct BendingSetup {
   Points rest_positions;
   Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
-  std::vector<Mat3> rigidity;     // (m) bending stiffness D for (kxx, kyy, 2 kxy) [N m]
+  std::vector<Mat3> rigidity;     // (m) flexural rigidity D for (kxx, kyy, 2 kxy) [N m]
   std::vector<double> damping;    // (m) beta of stiffness-proportional bending damping [s]
   std::vector<std::uint8_t>
       prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
@@ -92,9 +92,9 @@ class Bending {
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Returns the largest eigenvalue lambda of M^-1 K at the rest positions [1/s^2], slightly
-  // underestimated by power iteration. M is the mass matrix, and K is the bending stiffness.
-  // Without damping, symplectic Euler is stable if its steps are shorter than 2 / sqrt(lambda) [s].
-  // Requires BendingSetup::keeps_rest.
+  // underestimated by power iteration. M is the diagonal matrix of the vertex masses `mass` (n)
+  // [kg], and K is the bending stiffness. Without damping, symplectic Euler is stable if its steps
+  // are shorter than 2 / sqrt(lambda) [s]. Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges whose slope is the plain mean of the slopes of their two triangles, because a

@@ -12,7 +12,7 @@ namespace {
 using Row3 = Eigen::RowVector3d;  // linear form on the curvature (kxx, kyy, 2 kxy)
 
 // A triangle at rest. Edge i lies opposite corner i and runs from corner i + 1 to corner i + 2,
-// modulo 3. The angle at an edge is the one from the triangle to the tangent plane of the surface
+// modulo 3. The angle at an edge is measured from the triangle to the tangent plane of the surface
 // at the midpoint of the edge.
 struct RestTriangle {
   double area;

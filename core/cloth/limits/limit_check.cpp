@@ -48,9 +48,9 @@ void LimitCheck::check(const Team& team, const limit::Tables& tables, const limi
                   });
 }
 
-// Gives all ranks the results of all batches, of which this rank has checked [first, last). Ranks
-// first gather the numbers of batches with an excess. If all these numbers are zero, nothing else
-// is sent.
+// Gives all ranks the results of all batches. This rank has checked the batches [first, last).
+// Ranks first gather the numbers of batches with an excess. If all these numbers are zero, nothing
+// else is sent.
 void LimitCheck::share(Index first, Index last) {
   const int size = ranks_->size(), rank = ranks_->rank();
   std::vector<std::int64_t> counts(size, 0);

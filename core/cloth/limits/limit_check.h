@@ -27,7 +27,7 @@ struct BrokenLimit {
 struct LimitReport {
   int sweeps = 0;                   // a first check that finds nothing to correct counts as a sweep
   std::int64_t evaluations = 0;     // element and edge evaluations before the final check
-  std::array<double, 3> excess{};   // largest excess in weft, warp and shear
+  std::array<double, 3> excess{};   // largest excess in weft, warp and shear [1]
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess; -1: no limit is exceeded
   std::vector<BrokenLimit> broken;  // sorted by excess, largest first

@@ -203,8 +203,8 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
 }
 
 // Divides the mesh into one part for each thread, and returns the batches sorted by part. Within a
-// part, they keep their order. If sweep_jacobi() visits all vertices, a thread thus mostly sums
-// corrections that it computed.
+// part, batches keep their order. If sweep_jacobi() visits all vertices, a thread thus mostly sums
+// corrections that it has computed itself.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

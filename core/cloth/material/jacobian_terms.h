@@ -13,11 +13,11 @@ struct StiffnessScales {
 enum class JacobianKind { Exact, Positive };
 
 // The motion dx in the last step. The stress in the geometric stiffness of the membrane follows
-// from the Green strain at positions `at` without the strain 1/2 dF^T dF ((M41) in docs/method.md),
-// where dF is the gradient of `step` times `motion`. If the omitted strain exceeds a bound, it is
-// scaled down to the bound (see past_strain() in membrane_kernels.cpp).
+// from the Green strain at positions `at` minus the strain 1/2 dF^T dF ((M41) in docs/method.md),
+// where dF is the gradient of `step` times `motion`. If the subtracted strain exceeds a bound, it
+// is scaled down to the bound (see past_strain() in membrane_kernels.cpp).
 struct PastMotion {
-  const double* motion = nullptr;  // (n x 3) dx [m], or a velocity [m/s]; null: omits nothing
+  const double* motion = nullptr;  // (n x 3) dx [m], or a velocity [m/s]; null: subtracts nothing
   double step = 0.0;               // factor of `motion`: [1], or a time [s]
   const double* at = nullptr;      // (n x 3) positions [m]; null: those of the assembly
 };

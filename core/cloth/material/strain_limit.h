@@ -47,8 +47,8 @@ struct StrainLimit {
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
 };
 
-// Returns the excess that is tolerated where contacts and limits conflict: 20 % of the limit, but
-// at most 0.01 and at least 1e-4. The stiff second phase of the implicit solve begins at this
+// Returns the excess [1] that is tolerated where contacts and limits conflict: 20 % of the limit,
+// but at most 0.01 and at least 1e-4. The stiff second phase of the implicit solve begins at this
 // distance inside the limit.
 inline double limit_margin(double limit) {
   return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit)));

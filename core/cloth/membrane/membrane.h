@@ -28,8 +28,9 @@ struct MembraneConstants {
   double a11, a22, a12, g;  // [N/m]
   double lambda_d, mu_d;    // viscosity [N s/m]
 };
-// Returns the constants of a material. Throws InvalidInput unless the energy is positive definite
-// and the viscosity is dissipative. `where` is the name of the material in error messages.
+// Returns the constants of a material that check_fields() has accepted. Throws InvalidInput if its
+// energy is not positive definite or its viscosity is not dissipative. `where` is the name of the
+// material in error messages.
 MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where);
 
 // Constants of each triangle of a mesh.

@@ -11,8 +11,8 @@ LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + 8 * k, value);
 }
 
-// Stores the nine numbers of each lane's block contiguously. An 8 x 8 transpose stores the first
-// eight.
+// Stores the nine numbers of each lane's block contiguously. The first eight numbers result from an
+// 8 x 8 transposition.
 template <class Lanes>
 LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
   Lanes b[8], c[8];

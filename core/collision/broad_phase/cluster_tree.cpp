@@ -128,7 +128,7 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that nodes of consecutive items are compact: bisects the items recursively along
+// Orders items so that consecutive items form compact nodes: bisects the items recursively along
 // the longest axis of the box around their centres. The first half of each bisection fills whole
 // nodes.
 void order_by_halves(const Points& centres, Index* items, Index n) {

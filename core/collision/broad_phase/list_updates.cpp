@@ -142,7 +142,7 @@ bool NeighbourLists::retries_within(int updates) const {
 }
 
 // Returns whether lists are widened and too many lists of the surface pair of `upkeep` were made
-// again in `upkeep_updates` updates. Returns false before the last of these updates, and always if
+// again in `upkeep_updates` updates. Always returns false before the last of these updates, and if
 // a test rotates the owners.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&

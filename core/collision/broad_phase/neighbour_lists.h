@@ -211,8 +211,8 @@ class NeighbourLists {
 
   static constexpr int pause = 64;           // unlist() sets unlisted_ to this if lists are widened
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
-  // Calls work(list) for the n lists list_at(i), and divides the time that this takes among the
-  // lists in proportion to the estimated costs of this work.
+  // Calls work(list) for the n lists list_at(i). Divides the time that all calls take among the
+  // lists in proportion to the estimated costs of their work.
   template <class ListAt, class Work>
   void work_on(Index n, ListAt&& list_at, Work&& work) const {
     using Clock = std::chrono::steady_clock;

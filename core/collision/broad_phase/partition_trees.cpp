@@ -42,8 +42,8 @@ void each_side(const Triangles& triangles, Index t, Visit&& visit) {
 // Returns for each edge the lowest index of a partition that contains one of its triangles.
 std::vector<Index> part_of_edges(const CollisionModel& model,
                                  const std::vector<Index>& part_of_triangle, Index n_parts) {
-  // For each vertex, the index of the first edge of which it is the smaller vertex. Edges are
-  // sorted by their smaller vertex.
+  // For each vertex v, the index of the first edge whose smaller vertex is v. Edges are sorted by
+  // their smaller vertex.
   std::vector<Index> first_edge(model.n_vertices + 1, 0);
   for (Index e = 0; e < model.edges.rows(); ++e) ++first_edge[model.edges(e, 0) + 1];
   for (Index v = 0; v < model.n_vertices; ++v) first_edge[v + 1] += first_edge[v];

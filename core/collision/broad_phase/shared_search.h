@@ -25,8 +25,8 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` tells which pairs an attachment ties. `model`, `pairs` and `broad_phase` must
-  // outlive this object. Construction and destruction are collective.
+  // `broad_phase` tells which pairs do not collide because of an attachment. `model`, `pairs` and
+  // `broad_phase` must outlive this object. Construction and destruction are collective.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);
@@ -40,9 +40,9 @@ class SharedSearch {
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
 
   // Collective. Passes to take() all pairs of features whose 18-DOPs overlap, each on one rank.
-  // Omits pairs tied by an attachment and pairs that share a vertex. All other pairs that come
-  // closer than the sum of the inflations of their surfaces are thus found. If take() throws on a
-  // rank, all ranks throw in gather().
+  // Omits pairs that do not collide because of an attachment, and pairs that share a vertex. All
+  // other pairs that come closer than the sum of the inflations of their surfaces are found. If
+  // take() throws on a rank, all ranks throw in gather().
   void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
 
   // Collective. Returns the records that the threads of all ranks made in the last each_pair().
@@ -81,7 +81,7 @@ class SharedSearch {
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
   // Report on the last search of this rank; empty if it did not use the pool.
   const PoolReport& report() const { return report_; }
-  // Time of the last search on this rank, from the end of the update of boxes to the end of
+  // Time of the last search on this rank, from the end of the refit of nodes to the end of
   // gather() [s].
   double seconds() const { return seconds_; }
   std::size_t result_bytes() const { return result_bytes_; }  // size of the last result [bytes]

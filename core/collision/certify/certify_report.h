@@ -19,8 +19,8 @@ struct WithheldMotion {
 struct CertifyReport {
   std::int64_t impacts = 0;  // impacts found before clean-up and withholding
   // Number of impacts that remain after all passes of withholding, for example because prescribed
-  // motion leaves the cloth no room. The number includes impacts of cloth with cloth, although
-  // keep_cloth_from_cloth() in withholding.cpp then prevents those that prescribed vertices do not
+  // motion leaves the cloth no room. They are counted before keep_cloth_from_cloth() in
+  // withholding.cpp prevents the impacts of cloth with cloth, except those that prescribed vertices
   // cause.
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex

@@ -8,9 +8,10 @@ namespace loomstone {
 
 namespace {
 
-// Units and carriers are defined in displacements.h.
-constexpr double share_of_time = 0.8;  // fraction of its motion up to the impact that a unit keeps
-constexpr int partial_passes = 8;      // later passes withhold all of a unit's relative motion
+// Units and carriers are defined in displacements.h. A unit keeps the fraction `share_of_time` of
+// its relative motion up to the time of impact.
+constexpr double share_of_time = 0.8;
+constexpr int partial_passes = 8;  // later passes withhold all of a unit's relative motion
 // Index of the last pass, counted from 0. The number of passes is bounded, because impacts that
 // cannot be resolved could recur forever.
 constexpr int most_passes = 40;

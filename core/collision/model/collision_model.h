@@ -35,11 +35,11 @@ struct VertexRows {
   std::vector<std::uint8_t> is_body;
 };
 
-// Contacts of a vertex, and of the edges and faces that contain it, with the surface to which the
-// vertex is attached.
+// The surface to which a vertex is attached. `distance` is an upper bound of the contact distance
+// between this surface and the features that contain the vertex.
 struct AttachedTo {
   Index surface = -1;     // -1: the vertex is not attached
-  double distance = 0.0;  // contact distance [m]; 0: the vertex does not collide with the surface
+  double distance = 0.0;  // [m]; 0: these features do not collide with the surface
 
   bool excludes(Index other) const { return surface == other && distance == 0.0; }
 };

@@ -33,11 +33,12 @@ struct Piercing {
   double segment = 0.0;    // half the length of all contour segments that end at the piercing [m]
 };
 
-// Retraction of a surface of which a large part has passed through another surface.
+// The surface `inner` is retracted because a large part of it has passed through the surface
+// `outer`.
 struct Retraction {
-  // All vertices of the connected surface of which a part has passed through `outer`.
+  // All vertices of the connected surface that has partly passed through `outer`.
   std::vector<Index> inner;
-  // All vertices of the connected surface through which a part of `inner` has passed.
+  // All vertices of the connected surface through which `inner` has partly passed.
   std::vector<Index> outer;
   int contour = -1;               // index of the first piercing of the contour
   Vec3 point = Vec3::Zero();      // mean of the points where edges of `inner` pierce `outer` [m]
@@ -72,7 +73,8 @@ struct Tangle {
 };
 
 // Finds the intersections of surfaces that must not intersect; see kept_apart(). Omits pairs of an
-// edge and a triangle that an attachment ties together. Caches the connectivity of the surfaces.
+// edge and a triangle that do not collide because of an attachment. Caches the connectivity of the
+// surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}

@@ -131,9 +131,8 @@ void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour
   retract(x, contour, area, cut, tangle);
 }
 
-// Adds the retraction of the smallest part that the contour cuts off, if the three conditions in
-// the comment on `least_length` hold and the contour lies between two surfaces that are not
-// connected.
+// Adds a retraction for the smallest part that the contour cuts off, if the three conditions in the
+// comment on `least_length` hold and the contour lies between two surfaces that are not connected.
 void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
                            const std::vector<double>& area, const Cut& cut, Tangle& tangle) const {
   const int part = smallest_part(contour, cut);

@@ -53,8 +53,8 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
   inverse_mass_.resize(model_.n_vertices);
   for (Index i = 0; i < model_.n_vertices; ++i)
     inverse_mass_[i] = (*inputs.fixed)[i] ? 0.0 : 1.0 / model_.mass[i];
-  // Steps are computed from positions and velocities at the start of the interval. They never
-  // become longer than in the last interval, because energy often grows when steps change.
+  // Steps are computed from positions and velocities at the start of the interval. Energy often
+  // grows when steps change, so steps become shorter where necessary, but never longer again.
   prescribe_velocities(inputs, state.x, state.v);
   Vector steps = steps_.at(team, state.x, state.v, elasticity_);
   if (state.element_steps.size() == steps.size()) steps = steps.cwiseMin(state.element_steps);

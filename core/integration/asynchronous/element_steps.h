@@ -35,13 +35,13 @@ class ElementSteps {
                const std::vector<LimitModes>& limits = {});
 
   const Vector& at_rest() const { return at_rest_; }  // (m) steps at rest [s]
-  // Steps (m) [s] at positions x and velocities v, never longer than at rest. With the largest
-  // stretch s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0
-  // is the eigenvalue at rest plus the largest eigenvalue of the stiff phases of strain limits that
-  // are entered at x or at the positions that v predicts after the longest step at rest, and gamma
-  // is the largest eigenvalue that a unit of tension adds. With a limit potential, steps are so
-  // short that the predicted change of strain in a step is at most 0.1. The result is valid until
-  // the next call.
+  // Steps (m) [s] at positions x and velocities v, never longer than at rest. They use the bound
+  // lambda <= s^2 lambda_0 + gamma t, where s >= 1 is the largest stretch, t [N/m] is the largest
+  // tension, and gamma is the largest eigenvalue that a unit of tension adds. lambda_0 is the
+  // eigenvalue at rest plus the largest eigenvalue of the stiff phases of strain limits. These are
+  // the phases entered at x, or at the positions that v predicts after the longest step at rest.
+  // With a limit potential, steps are so short that the predicted change of strain in a step is at
+  // most 0.1. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s], for the strains at the positions x of the last call of at() or
   // first_unstable(). Each mode counts as being in the higher of two phases: its phase at these

@@ -56,11 +56,11 @@ class BendingGroup {
   Points x_, last_, rate_, force_;
 };
 
-// Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. A
-// patch is a run of 64 consecutive triangles, or fewer at the end of the mesh. All its triangles
-// have the same step. Their beta [s] is the largest damping of the triangles in the patch and of
-// those next to it, and lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of all
-// these triangles. The step of triangles without bending is infinite.
+// Returns the longest steps h (m) of bending without other forces [s]. They satisfy
+// h (h + 2 beta) lambda = 4 safety^2, where beta [s] is the bending damping of the cloth. A patch
+// is a run of 64 consecutive triangles, or fewer at the end of the mesh. All triangles of a patch
+// have the same step. lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of the
+// patch and of the triangles next to it. The step of triangles without bending is infinite.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 

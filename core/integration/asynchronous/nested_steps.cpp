@@ -24,9 +24,9 @@ double count_events(double interval, Index base, const Vector& longest) {
 Index choose_base(double interval, const Vector& membrane, const Vector& bending) {
   // Rough ratio of the computing time of a triangle's bending force to that of its membrane force.
   constexpr double bending_cost = 2.5;
-  // A doubled base allows the same steps, except for the longest one. Bases above twice the number
-  // of membrane steps of the triangle with the longest step are therefore not tried, except that at
-  // least 16 bases are tried. At most 1000 are tried.
+  // Twice a base allows the same steps as the base, except for the longest one. The largest base
+  // tried is therefore twice the number of membrane steps of the triangle with the longest step,
+  // but at least 16 and at most 1000.
   constexpr double fewest_tried = 16.0, most_tried = 1000.0;
   const double steps = 2.0 * std::ceil(interval / membrane.maxCoeff());
   const auto last = static_cast<Index>(std::clamp(steps, fewest_tried, most_tried));

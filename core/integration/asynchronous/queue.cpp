@@ -103,8 +103,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     membrane_.add_limits(spread);
     entered_.assign(membrane::entered_stride * limits_.size(), 0);
   }
-  // Returns the highest phases of the strain limits that each triangle (m) is in at its events or
-  // at the end of the interval; empty without a limit potential.
+  // Returns, for each triangle (m), the highest phases of the strain limits at its events and at
+  // the end of the interval; empty without a limit potential.
   std::vector<LimitPhases> take_phases() {
     std::vector<LimitPhases> phases;
     if (limits_.empty()) return phases;

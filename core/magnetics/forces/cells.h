@@ -80,8 +80,8 @@ struct CellTable {
 CellTable cell_level(const MagneticBody& body, Index level);
 CellTable cell_front(const MagneticBody& body, const MagneticBody& other);
 
-// Returns the force that `by` exerts on `on` and its torque about the centre of `on`. Both bodies
-// must have cells.
+// Returns the force and the torque that `by` exerts on `on`. The torque is about the centre of
+// `on`. Both bodies must have cells.
 Wrench cell_wrench(const MagneticBody& on, const MagneticBody& by);
 
 // Returns the distance between two boxes [m], or 0 if they overlap. `pose` is the pose of the

@@ -91,8 +91,8 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
 }
 
 // Returns the estimated error of `force`, the force between a sphere with induced charge and
-// another body, due to the end of the sphere's series [N]. It is 0 for two such spheres, whose
-// charges are smoother than those beside a magnet.
+// another body, due to the truncation of the sphere's series [N]. The error is 0 for two such
+// spheres, whose charges are smoother than those beside a magnet.
 //
 // The decay that the coefficients show is used only if the series has converged or the user has
 // chosen a low degree. If it has not converged, even most of the force can be missing. The error is

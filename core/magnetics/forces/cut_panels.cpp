@@ -43,7 +43,7 @@ Polygon corners_of(const Panel& panel) {
   return {panel.a, panel.a + panel.b, panel.a + panel.b + panel.c, panel.a + panel.c};
 }
 
-// A curve that cuts a disc: the circle of this radius about Panel::a [m], or, if the radius is 0,
+// A curve that cuts a disc: the circle of radius `radius` [m] about Panel::a or, if `radius` is 0,
 // the line whose point nearest to the axis of the disc is `nearest` (see Panel::line0).
 struct Curve {
   double radius;
@@ -116,7 +116,7 @@ class DiscCuts {
 std::vector<Panel> cut_along_faces(const Panel& panel, const RigidPose& pose,
                                    const UniformCuboid& cuboid) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  // A plane to which the panel is closer than this does not cut it [m].
+  // A plane cuts a piece only if the piece extends at least this far on both sides of it [m].
   const double flush = 1e-9 * cuboid.size.norm();
   std::vector<Polygon> pieces{corners_of(panel)}, parts;
   for (const int axis : {0, 1, 2})
@@ -199,7 +199,7 @@ std::vector<Panel> cut_disc_along_faces(const Panel& panel, const RigidPose& pos
     }
   for (std::size_t i = 0; i < lines.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
-      // The point of both lines solves p . x = |p|^2 for p = lines[i] and p = lines[j].
+      // The common point x of both lines satisfies p . x = |p|^2 for p = lines[i] and p = lines[j].
       const Vec3 &p = lines[i], &q = lines[j];
       const double area = p.x() * q.y() - p.y() * q.x();
       if (area == 0.0) continue;

@@ -321,7 +321,7 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);
   add_dipoles_in_fields(team, bodies, single, carrier, known, result);
   // A first, rough pass finds the largest force. A second pass refines the pairs whose error is too
-  // large relative to it.
+  // large relative to this force.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {
     on_first[p] = magnetic_wrench(bodies[pairs[p].first], bodies[pairs[p].second], wanted, least);

@@ -36,14 +36,14 @@ struct KnownField {
 };
 
 // Returns the wrench on every body exerted by all others. With the same exceptions as for
-// magnetic_wrench(), the estimated error of each pair is at most `tolerance` times the largest
-// force that a rough first pass finds, sums over single dipoles included, or times the pair's own
-// force or torque / radius if that is larger. Bodies with a single dipole, such as hard spheres,
-// interact by one direct sum. The forces between them and any other body follow from the field of
-// the other body at all these dipoles. Results do not depend on the number of threads or on
-// `known`, whose fields are not computed again. `carrier` (optional) contains, for each body, the
-// index of the rigid body that carries it. Forces between bodies on one carrier are omitted, except
-// those between single dipoles, which cancel in the carrier's total.
+// magnetic_wrench(), the estimated error of each pair is at most `tolerance` times the largest of
+// these: the pair's own force and torque / radius, and all forces that a rough first pass finds.
+// Bodies with a single dipole, such as hard spheres, interact by one direct sum. The forces between
+// them and any other body follow from the field of the other body at all these dipoles. Results do
+// not depend on the number of threads or on `known`, whose fields are not computed again. `carrier`
+// (optional) contains, for each body, the index of the rigid body that carries it. Forces between
+// bodies on one carrier are omitted, except those between single dipoles, which cancel in the
+// carrier's total.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

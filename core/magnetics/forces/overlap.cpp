@@ -108,8 +108,8 @@ Vec3 moved_outside(const Source& solid, const Vec3& point) {
 
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names) {
-  // Pairs are found by sweeping along x. `left` is the smallest x of each bounding sphere, enlarged
-  // by a margin [m]. The margin ensures that wires that only touch each other are tested, too.
+  // Pairs are found by sweeping along x. Bounding spheres are enlarged by a margin, so that wires
+  // that only touch each other are tested, too. `left` contains the smallest x of each sphere [m].
   constexpr double with_margin = 1.0 + 1e-5;
   std::vector<double> left;
   for (const MagneticBody& body : bodies)

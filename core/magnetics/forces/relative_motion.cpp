@@ -53,7 +53,7 @@ double upper_bound(const MovingMagnets& moving, const Dipoles& dipoles) {
 // Returns the rate of a pair of magnets [1/s].
 double pair_rate(const MovingMagnets& moving, const Dipoles& dipoles, Index i, Index k) {
   const auto& t = dipoles.table;
-  double square = 0.0;  // square of the relative velocity divided by the distance
+  double square = 0.0;  // largest squared ratio of relative velocity to distance [1/s^2]
   for (Index p = dipoles.starts[i]; p < dipoles.starts[i + 1]; ++p) {
     for (Index q = dipoles.starts[k]; q < dipoles.starts[k + 1]; ++q) {
       const Vec3 apart(t(p, x) - t(q, x), t(p, y) - t(q, y), t(p, z) - t(q, z));

@@ -1,5 +1,5 @@
 // Rate at which relative motion changes the forces and induced voltages between magnets. Sub-steps
-// must resolve it, even if the motion is so fast that the forces hardly influence it.
+// must resolve this rate, even if the motion is so fast that forces hardly influence the motion.
 #pragma once
 
 #include <vector>
@@ -23,11 +23,11 @@ struct MovingMagnets {
 };
 
 // Returns the largest rate of all pairs of magnets on different carriers [1/s]. The rate of a pair
-// is the relative velocity of two of their dipoles, divided by the distance between the dipoles,
-// plus the larger of the angular velocities of the two magnets. If the distance is less than the
-// mean size of the two parts that the dipoles represent, this mean size replaces it. The angular
-// velocity of a soft sphere counts as zero. First computes a cheap upper bound, and returns it if
-// it is at most `negligible`.
+// is the relative velocity of two dipoles, one of each magnet, divided by their distance, plus the
+// larger of the angular velocities of the two magnets. The two dipoles with the largest ratio
+// count. If their distance is less than the mean size of the two parts that they represent, this
+// mean size replaces the distance. The angular velocity of a soft sphere counts as zero. First
+// computes a cheap upper bound of the result, and returns this bound if it is at most `negligible`.
 double relative_motion_rate(const Team& team, const MovingMagnets& moving, double negligible);
 
 }  // namespace loomstone

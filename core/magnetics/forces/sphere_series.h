@@ -19,11 +19,11 @@ double sphere_decay(double radius, double distance);
 double sphere_decay(double radius, double other, double distance);
 
 // Returns the degree at which the force has about the relative error `tolerance`, at most
-// SphericalHarmonics::most.
+// SphericalHarmonics::most. `decay` is the result of sphere_decay().
 int degree_of(double decay, double tolerance);
 
-// Returns an estimate of the error of the force between a sphere and a dipole due to the end of the
-// series, relative to the force that the series gives [1].
+// Returns an estimate of the error of the force between a sphere and a dipole that is due to the
+// truncation of the series, relative to the force that the series gives [1].
 double truncated_share(const SeriesEnd& end);
 
 }  // namespace loomstone

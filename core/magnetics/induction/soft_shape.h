@@ -19,10 +19,11 @@ class SoftShape {
   // Returns the points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
   // Returns the excitation of the body by an applied field, given as B at samples() (n x 3) [T].
-  // The excitation consists of the fluxes through panels, or of the coefficients of a sphere's
-  // harmonics. It is linear in `field`.
+  // The excitation consists of the fluxes through panels [T m^2], or of the coefficients of a
+  // sphere's harmonics [T]. It is linear in `field`.
   virtual Vector received(const Points& field) const = 0;
-  // Returns the charge that the excitation `received` induces, a vector of the same size. The
+  // Returns the charge that the excitation `received` induces, a vector of the same size: mu0 sigma
+  // of each panel times PanelGrid::share, or the coefficients of a sphere's harmonics [T]. The
   // charge is linear in `received`.
   virtual Vector response(const Vector& received) const = 0;
   virtual SourcePtr source(const Vector& charges) const = 0;
@@ -62,16 +63,16 @@ void check_cells(int cells, const std::string& shape, const std::string& name = 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
 void check_susceptibility(double susceptibility);
 
-// Returns a sphere. `degree` is the degree of the solid harmonics. If it is 0, induce() chooses the
-// degree from the distances to other bodies.
+// Returns a sphere of the given radius [m]. `degree` is the degree of the solid harmonics. If it is
+// 0, induce() chooses the degree from the distances to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 
-// Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
-// finest grid has `cells` panels along the shortest edge (see check_cells()) and at least as many
-// along the others (see cuboid_panels()). If focus > 0 [m], there are only two grids, and all edges
-// have `cells` panels on the finer one. These two grids are refined near the middle of the wide
-// faces, for a magnet of half width `focus` there. Throws InvalidInput if an argument is out of
-// range or the finest grid has more than 24,000 panels.
+// Returns a cuboid with edge lengths `size` [m]. Richardson extrapolation combines its responses on
+// three grids of panels. The finest grid has `cells` panels along the shortest edge (see
+// check_cells()) and at least as many along the others (see cuboid_panels()). If focus > 0 [m],
+// there are only two grids, and all edges have `cells` panels on the finer one. These two grids are
+// refined near the middle of the wide faces, for a magnet of half width `focus` there. Throws
+// InvalidInput if an argument is out of range or the finest grid has more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 

@@ -28,8 +28,8 @@ namespace loomstone {
 
 class Loop final : public Source {
  public:
-  // `turns` coincident circles in the plane z = 0. The current per turn [A] flows counter-clockwise
-  // as seen from +z.
+  // `turns` coincident circles of the given radius [m] in the plane z = 0. The current per turn [A]
+  // flows counter-clockwise as seen from +z.
   Loop(double radius, double current, double turns = 1.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -51,8 +51,8 @@ class Loop final : public Source {
 
 class Solenoid final : public Source {
  public:
-  // Current sheet on the cylinder |z| <= length / 2. Its total current is `turns` times `current`
-  // [A] and flows counter-clockwise as seen from +z.
+  // Current sheet on the cylinder |z| <= length / 2 of the given radius [m]. Its total current is
+  // `turns` times `current` [A] and flows counter-clockwise as seen from +z.
   Solenoid(double radius, double length, double turns, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

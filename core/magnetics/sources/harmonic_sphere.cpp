@@ -225,9 +225,9 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The field of a dipole on an axis through the centre gives coefficients proportional to (l + 1)
-// exp(-x l / 2). Degrees near the last one, d, are not used: because the field is sampled, the term
-// of degree 2 d + 2 - l adds to the coefficients of degree l.
+// The field of a dipole on an axis through the centre gives coefficients proportional to
+// (l + 1) exp(-x l / 2), where x is SeriesEnd::decay. Degrees near the last one, d, are not used,
+// because sampling adds the term of degree 2 d + 2 - l to the coefficients of degree l.
 SeriesEnd HarmonicSphere::series_end() const {
   const int last = series_->degree(), high = std::max(2, last / 2), low = std::max(1, last / 4);
   if (last < 2) return {last, 0.0};

@@ -27,8 +27,8 @@ struct Panel {
   // If positive, the inner or outer boundary of a disc is the circle of this radius about `a` [m]
   // instead of the circle of radius0 or radius1. The circle must surround the z axis.
   double circle0 = 0.0, circle1 = 0.0;
-  // If not zero, the inner or outer boundary of a disc is a straight line instead. This point is
-  // the one of the line that is nearest to the z axis [m]; its z coordinate is 0.
+  // If not zero, the inner or outer boundary of a disc is a straight line instead. The line is
+  // given by its point nearest to the z axis [m], with z set to 0.
   Vec3 line0 = Vec3::Zero(), line1 = Vec3::Zero();
   Vec3 magnetization = Vec3::Zero();  // [A/m]; its normal component is the charge density
   double sign = 1.0;                  // sign of a side's or disc's normal (-1: bore, lower face)

@@ -52,8 +52,9 @@ struct UniformCylinder {
 
 // End of a series of solid harmonics.
 struct SeriesEnd {
-  int degree = 0;      // 0: no series
-  double decay = 0.0;  // number x such that its last terms decay as exp(-x l) with the degree l
+  int degree = 0;  // 0: no series
+  // Number x such that the terms of high degree l of the force on the source decay as exp(-x l).
+  double decay = 0.0;
 };
 
 class Source {

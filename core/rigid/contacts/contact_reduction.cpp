@@ -32,13 +32,14 @@ class Reduction {
       if (contacts[k].gap < deepest + (old_[k] ? 2.0 : 1.0) * margin_) bearing_.push_back(k);
   }
 
-  // Chooses, from all contacts, four that form the corners of the region of contact, unless another
-  // contact lies deeper than the two triangles that these four span. No other contact lies deeper
-  // if a face of the hull meets a flat obstacle, even if the face is tilted and bears load only at
-  // one edge. Without the contacts at the opposite edge, a box would turn about the edge that bears
-  // load and sink in. Otherwise, the hull is rounded or the obstacle is rough. The function then
-  // chooses the four corners from the contacts that bear load only. If fewer than four contacts
-  // bear load, it chooses all of these and the contacts that are farthest from them.
+  // Chooses four contacts that form the corners of the region of contact, if no other contact lies
+  // deeper than the two triangles that these four span. This is so if a face of the hull meets a
+  // flat obstacle, even if the face is tilted and bears load only at one edge. Without the contacts
+  // at the opposite edge, a box would turn about the edge that bears load and sink in. If another
+  // contact lies deeper, the hull is rounded or the obstacle is rough. In this case, or if the four
+  // contacts lie on a line, the four corners are chosen only from the contacts that bear load. If
+  // fewer than four contacts bear load, all of these are chosen, and the contacts farthest from
+  // them.
   Indices kept() const {
     Indices chosen = corners(all_);
     if (lies_on(chosen)) return chosen;
@@ -62,9 +63,9 @@ class Reduction {
     return chosen;
   }
 
-  // Returns four contacts. The first bears load and is farthest from the mean position of the
-  // contacts `among`. The others belong to `among`: the contact farthest from the first, and the
-  // farthest contact on each side of the line through these two.
+  // Returns four contacts. Of the contacts that bear load, the first is farthest from the mean
+  // position of the contacts `among`. The others belong to `among`: the contact farthest from the
+  // first, and the farthest contact on each side of the line through these two.
   Indices corners(const Indices& among) const {
     constexpr double ties = 1e-6;
     Vec3 mean = Vec3::Zero();
@@ -107,7 +108,7 @@ class Reduction {
     return has_area;
   }
 
-  // Adds the contacts farthest from those already chosen.
+  // Adds the contacts farthest from those already chosen, until there are four.
   Indices with_farthest(Indices chosen) const {
     Indices others;
     for (const std::size_t k : all_)
@@ -143,7 +144,8 @@ class Reduction {
 // nearer end touches it.
 void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
   // Contacts at equal points follow each other when sorted along an axis. This axis is skew, so
-  // that few points of a grid have the same coordinate. Its length is at most 1.
+  // that few points of a grid have the same coordinate. Its length is at most 1, so coordinates
+  // along it differ by no more than the distance of two points.
   const Vec3 axis(0.53, 0.41, 0.73);
   std::vector<std::pair<double, std::size_t>> along;
   for (std::size_t k = 0; k < contacts.size(); ++k)

@@ -1,4 +1,4 @@
-// Exact test whether a straight path crosses a triangle. Independent of Bullet.
+// Test whether a straight path crosses a triangle. Independent of Bullet.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Returns the share of the path [1] at which it crosses the plane of the triangle, if it does so
-// inside the triangle or on its boundary. A path that crosses a surface at an edge between two
+// Returns the share of the path [1] at which the path crosses the plane of the triangle, if it does
+// so inside the triangle or on its boundary. A path that crosses a surface at an edge between two
 // triangles crosses at least one of them, in spite of rounding.
 std::optional<double> crossing(const Vec3& from, const Vec3& to,
                                const std::array<Vec3, 3>& triangle);

@@ -189,9 +189,9 @@ class FacingNormals {
 
   const FacingQuery& query_;
   std::vector<std::array<Link, 3>> links_;
-  std::vector<int> orientation_;  // of the normal relative to the first triangle; 0: not yet known
+  std::vector<int> orientation_;    // 1: as the surface's first triangle; -1: opposite; 0: unknown
   std::vector<std::size_t> first_;  // the first triangle of the surface
-  std::vector<double> own_;         // side of each triangle, judged by itself
+  std::vector<double> own_;         // own_side() of each triangle
   std::vector<Vec3> normals_;
 };
 

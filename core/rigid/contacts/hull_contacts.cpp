@@ -47,8 +47,8 @@ struct HullEdge {
   Vec3 first, second;  // normals of the two faces
 };
 
-// Returns the direction from a side of a triangle to an edge of the hull that is perpendicular to
-// both, if they can have a contact.
+// Returns the unit vector from a side of a triangle to an edge of the hull, perpendicular to both,
+// or nothing if the two cannot have a contact.
 std::optional<Vec3> axis_of_edges(const HullEdge& edge, const HullOnTriangles::Corners& triangle,
                                   int side) {
   const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
@@ -311,8 +311,9 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   std::stable_sort(planes.begin(), planes.end(),
                    [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
   if (planes.size() > query.most) planes.resize(query.most);
-  // Cylinders with more than 32 sides have facets lower than 0.02 contact distances, and would roll
-  // on wrong ones. Other hulls keep their contacts longer with the larger margin.
+  // With the larger margin, cylinders with many sides would roll on the wrong facets, because the
+  // height of a facet (its sagitta) is a small fraction of the contact distance. Hulls with fewer
+  // points keep their contacts longer with the larger margin.
   const double margin = (hull_->points.size() > 64 ? 0.003 : 0.02) * query.near;
   for (Contacts& plane : planes) reduce_contacts(plane, query.near, margin, query.before);
 }

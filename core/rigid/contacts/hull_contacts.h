@@ -22,8 +22,8 @@ struct HullContact {
 // surface on which the hull lies (facing_normals.h). An edge or corner of a triangle has contacts
 // only in directions in which no other triangle at this edge or corner extends farther. Triangles
 // count as neighbours if they have corners with bitwise equal coordinates. Internal edges of a flat
-// surface therefore do not block a hull that slides over it. Nor does the side of
-// another obstacle whose top is flush with that surface.
+// surface therefore do not block a hull that slides over it. The side of another obstacle whose top
+// is flush with that surface does not block the hull either (`Query::flush`).
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -48,8 +48,10 @@ class HullOnTriangles {
     Vec3 direction;
     double gap;
     Index face = -1, edge = -1;  // of the hull; both -1 if the axis is the triangle's normal
-    bool met = true;             // false if a neighbouring triangle extends farther along the axis
-    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if face and edge are -1
+    // False if a neighbouring triangle extends farther along the axis, or if the axis is opposite
+    // to the triangle's normal. Contacts along such an axis are not admissible.
+    bool met = true;
+    Vec3 point = Vec3::Zero();  // contact point on the triangle; unused if face and edge are -1
   };
   // Returns true if no triangle that shares the corners `among` (a bit mask) of triangle t extends
   // beyond them along `direction`.
@@ -59,17 +61,17 @@ class HullOnTriangles {
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
   // Determines two axes of least overlap of hull and triangle t: `best` among all candidates, and
   // `met` among the axes along which contacts are admissible. The normal of the triangle is always
-  // admissible. The normal of two edges is a candidate only if the nearest points of their lines
-  // lie on the edges. Returns false if there is no contact. This is the case if the gap along some
-  // axis exceeds `query.near`, or if hull and triangle overlap along `best` but are clearly apart
-  // along an axis that is not a candidate. There is none either if they hardly overlap along `best`
-  // and would pass each other, because they are flush along an admissible axis at more than 45
-  // degrees to it.
+  // admissible. The common normal of two edges is a candidate only if the nearest points of their
+  // lines lie on the edges. Returns false if there is no contact. This is the case if the gap along
+  // some axis exceeds `query.near`, or if hull and triangle overlap along `best` but are clearly
+  // apart along an axis that is not a candidate. There is no contact either if the overlap along
+  // `best` is at most `query.flush`, and hull and triangle would pass each other because they are
+  // flush along an admissible axis at more than 45 degrees to `best`.
   bool least_overlap(const Query& query, std::size_t t, const Vec3& normal, Axis& best, Axis& met);
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
   // Adds the contacts between the hull and a triangle. They have the direction of `axis`. If `axis`
-  // is nearly parallel to the triangle's `normal`, some have the direction of `normal` instead.
+  // is nearly parallel to the triangle's `normal`, some or all have the direction of `normal`.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
   void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near,

@@ -14,8 +14,9 @@ namespace loomstone {
 
 namespace {
 
-// Contact distance as a fraction of the distance at the start. Our choice. With 1, contacts would
-// push against an attachment as soon as its vertex yields towards the body.
+// Contact distance between a body and features with an attached vertex, as a fraction of their
+// distance at the start. Our choice. With 1, contacts would push against an attachment as soon as
+// its vertex yields towards the body.
 constexpr double share_of_start = 0.75;
 // Smallest contact distance as a multiple of CollisionModel::gap_floor, the gap that certification
 // keeps. Our choice: contacts need room to stop features before they reach this gap.

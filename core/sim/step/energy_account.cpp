@@ -106,8 +106,8 @@ double rounding_energy(double h, const Model& model) {
   return 0.5 * model.cloth.mass.sum() * speed * speed;
 }
 
-// Returns gain_of() [J] for the start of the part. Of `state`, reads only what is constant during a
-// step.
+// Returns gain_of() [J] for the start of the part. Reads from `state` only data that are constant
+// during a step.
 double gain_at_start(const StepContext& part, const Engines& engines, const State& state) {
   std::vector<RigidPose> obstacles;
   if (engines.magnetics) {

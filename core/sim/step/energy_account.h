@@ -10,7 +10,7 @@ namespace loomstone {
 // Begins the account of `state` at the start of a step, unless the state already has an account.
 void begin_account(const Engines& engines, State& state);
 
-// Changes that stages made between the solve and the end of a part of a step.
+// Data that decide how energy changes between the solve and the end of a part are attributed.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part

@@ -15,7 +15,8 @@ struct SolvedBodies {
   std::vector<std::uint8_t> with_cloth = {};
 };
 
-// Advances the cloth of `state`. Returns the solved motion of the bodies. Throws SolverFailure.
+// Advances the cloth of `state`. Returns the solved motion of the bodies. Throws SolverFailure if
+// the integrator fails.
 SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
                        State& state, Engines& engines, StepReport& report);
 

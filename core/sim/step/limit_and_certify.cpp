@@ -83,7 +83,7 @@ double scripted_speed(const StepContext& part, const Points& x0, const Points& x
 }
 
 // Returns the vertices of all cloths that must not be moved by sweeps, because sweeps would push
-// them into other surfaces. Such a cloth is loaded by bodies (sweeps ignore the mass of the body),
+// them into other surfaces. Such a cloth is loaded by bodies (sweeps ignore the mass of bodies),
 // or its limits are forced (see NearContacts). Only the limit phases of the solve limit the strain
 // of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {

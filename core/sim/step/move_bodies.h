@@ -20,8 +20,9 @@ struct MovedBodies {
 // impacts. In scenes with magnets, coils or bearings, bodies move in magnetic sub-steps. The
 // impulses on bodies that cloth moves then reproduce the motion of the solve, provided that
 // magnetic forces are constant and nothing touches the bodies. In other scenes, bodies that the
-// integrator has moved keep this motion unless contacts change it; their impulses then follow from
-// the difference between the velocities in `solved` and those at the start of the part.
+// integrator has moved keep this motion unless contacts change it. To find such contacts, the
+// rigid-body world moves these bodies again, by impulses that follow from the difference between
+// the velocities in `solved` and those at the start of the part.
 MovedBodies move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                         State& state, Engines& engines, StepReport& report);
 

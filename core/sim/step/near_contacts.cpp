@@ -13,11 +13,11 @@ namespace {
 
 // Fraction of the forces of limit phases that counts as pressing cloth against other surfaces; see
 // contact_stiffness(). Our choice. Without these forces, contacts are too soft: a body that is much
-// heavier than the cloth pushes through them, and certification stretches the cloth beyond its
-// limits, which then throw the body back. In a step, limit phases can exert forces much larger
-// than the load. If these forces counted fully, contacts would push cloth beyond its limits. With
-// 0.001, no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic steps
-// and in steps of 1 to 10 ms (docs/experiments/strain_limits.md).
+// heavier than the cloth pushes through them, certification stretches the cloth beyond its limits,
+// and the limit phases then throw the body back. In a step, limit phases can exert forces much
+// larger than the load. If these forces counted fully, contacts would push cloth beyond its limits.
+// With 0.001, no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic
+// steps and in steps of 1 to 10 ms (docs/experiments/strain_limits.md).
 constexpr double share_of_limit_forces = 0.001;
 
 // Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Bodies are

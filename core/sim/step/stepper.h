@@ -18,8 +18,8 @@ class Stepper {
   Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
           const Workers& workers, const State& state);
 
-  // Advances `state` by one step. If it throws SolverFailure, `state` is reset to that at the start
-  // of the step.
+  // Advances `state` by one step. If the step fails, restores the state at the start of the step
+  // and throws SolverFailure.
   void advance(State& state, StepOutcome& outcome);
 
   Engines& engines() { return engines_; }

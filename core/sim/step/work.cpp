@@ -45,8 +45,8 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
 constexpr double largest_exact_turn = M_PI / 4.0;
 
 // Returns the rotation vector in world axes [rad] of a turn from `start` to `end`, which can be
-// longer than pi. `guess` selects the number of whole turns, and the rotation that it leaves is
-// added. Half of the guess is undone at each end, so the reverse turn has the opposite vector.
+// longer than pi. The result is `guess`, which selects the number of whole turns, plus the rotation
+// that remains. Half of `guess` is undone at each end, so the reverse turn has the opposite vector.
 Vec3 turn_near(const Vec3& guess, const Vec4& start, const Vec4& end) {
   const Vec4 back = quaternion_from_rotation_vector(-0.5 * guess);
   const Vec4 turn = quaternion_product(end, quaternion_inverse(start));

@@ -1,7 +1,7 @@
-"""Lets Ctrl-C end the command `loomstone` with one line and exit code 130 while modules load.
+"""While modules load, lets Ctrl-C end the command `loomstone` with a message and exit code 130.
 
-Modules are loaded before the command can catch a KeyboardInterrupt. In other programs that import
-loomstone, nothing changes.
+Modules are loaded before the command can catch a KeyboardInterrupt. Other programs that import
+loomstone are not affected.
 """
 
 from __future__ import annotations

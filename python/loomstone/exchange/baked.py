@@ -28,7 +28,8 @@ def read_parts(
     with_uv : whether texture coordinates are read
 
     Raises CacheError if the file cannot be read, Unsupported if the package for its format is
-    missing, and InvalidInput if it has no visible mesh or no such animation.
+    missing or the file requires an unknown glTF extension, and InvalidInput if the file has no
+    visible mesh or no such animation.
     """
     if not path.is_file():
         raise CacheError(f"{path}: cannot be read: there is no such file")
@@ -74,7 +75,7 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
 
 
 def _path_named(path: Path, parts: list[Part], name: str) -> str:
-    """Returns the path of the part whose name or, if no part has this name, whose path is `name`.
+    """Returns the path of the part with the name `name`, or else of the part with the path `name`.
 
     The first slash of the path may be left out. Parts of glTF can have equal paths.
     """
@@ -93,7 +94,7 @@ def _path_named(path: Path, parts: list[Part], name: str) -> str:
 
 
 def _listed(parts: list[Part]) -> str:
-    """Returns the names of parts for a message, or the paths of parts with the same name."""
+    """Returns the names of parts for a message. Parts with equal names are listed by path."""
     names = [part.name for part in parts]
     shown = [part.name if names.count(part.name) == 1 else part.path for part in parts]
     return ", ".join(map(repr, dict.fromkeys(shown)))

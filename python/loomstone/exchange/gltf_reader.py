@@ -28,7 +28,8 @@ def read_gltf(
     rate : samples per second [1/s]; None: 60
     animation : names of animations that run at the same time; an empty list: the only animation of
         the file; None: only the rest pose
-    with_uv : whether the texture coordinates TEXCOORD_0 are read, with v from the lower edge
+    with_uv : whether the texture coordinates TEXCOORD_0 are read. They are converted so that v is
+        measured from the lower edge of the texture.
     """
     try:
         return _sampled(GltfFile(path), rate, animation, with_uv=with_uv)

@@ -133,7 +133,7 @@ class _Document:
     def finished(self, clip: Clip) -> Any:
         """Completes and returns the document.
 
-        It has an animation if there are several frames and any surface moves or deforms.
+        It has an animation if there are several frames, and a cloth or another moving surface.
         """
         gltf, made, count = self._gltf, self._made, len(clip)
         if count > 1 and (self._deforming or self._rigid):

@@ -55,7 +55,7 @@ def motions_of(
     """Returns the motions of surfaces over `count` frames, which are read once.
 
     A surface is rigid if a rotation and a translation map its vertices in the first frame to those
-    in each frame, to single precision. Cloth never counts as rigid.
+    in each frame, to single precision. Cloth never counts as rigid or still.
     """
     motions: list[Motion] = []
     for index, frame in enumerate(frames()):

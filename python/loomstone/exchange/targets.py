@@ -58,7 +58,8 @@ def unfinished_directory(directory: Path) -> Iterator[Path]:
     """Yields the path of a new directory, whose files move to `directory` when all are complete.
 
     The new directory lies in `directory`, which therefore may be the working directory or a mount.
-    If writing fails, both are removed if they are new, and an OSError becomes a CacheError.
+    If writing fails, the new directory is removed, and `directory` too if it did not exist before.
+    An OSError then becomes a CacheError.
     """
     partial = directory / _UNFINISHED
     new = not directory.exists()

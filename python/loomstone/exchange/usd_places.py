@@ -1,8 +1,8 @@
 """Finds the visible meshes of a USD stage, including instanced ones, and their places.
 
 A place is a function from a time code to matrices (k x 4 x 4), one per instance, that map points
-(as rows) of the mesh to metres with z up. An instance is one that a PointInstancer places. Meshes
-below instanceable prims count as separate meshes.
+(as rows) of the mesh to metres with z up. Only the copies that a PointInstancer places count as
+instances. Meshes below instanceable prims count as separate meshes.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class _Search:
         self._path, self._stage, self._first_code = path, stage, first_code
         self._usd, self._geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
         self.left_out: list[str] = []  # paths and types of visible shapes that are not meshes
-        self._anywhere = self._usd.PrimIsActive & self._usd.PrimIsLoaded  # also overs and classes
+        self._anywhere = self._usd.PrimIsActive & self._usd.PrimIsLoaded  # includes overs, classes
         proxies = self._usd.TraverseInstanceProxies(self._anywhere)
         every = self._usd.PrimRange(stage.GetPseudoRoot(), proxies)
         instancers = [prim for prim in every if prim.IsA(self._geometry.PointInstancer)]
@@ -66,9 +66,10 @@ class _Search:
                 self.left_out += [] if shape in self.left_out else [shape]
 
     def _visible(self, root: Any) -> Iterator[Any]:
-        """Yields prims except invisible ones, guides, proxies, prototypes, and those in instancers.
+        """Yields `root` and the prims below it that are shown, but not the prims below instancers.
 
-        Whether a prototype is visible does not depend on the prims above it.
+        Invisible prims, guides, proxies and prototypes are left out. Whether a prototype is
+        invisible does not depend on the prims above it.
         """
         usd, geometry = self._usd, self._geometry
         predicate = usd.PrimDefaultPredicate if root.IsPseudoRoot() else self._anywhere

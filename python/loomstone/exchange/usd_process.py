@@ -24,7 +24,7 @@ from .surfaces import Floats
 __all__ = ["read_usd_apart", "serve"]
 
 _PROGRAM = "from loomstone.exchange.usd_process import serve; serve()"
-_ARRAYS = ("triangles", "frames", "corner_uv")  # of a Part
+_ARRAYS = ("triangles", "frames", "corner_uv")  # fields of a Part
 _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 
 

@@ -84,7 +84,7 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
     """Checks skins, and replaces them by animated points in a layer that is not saved.
 
-    codes : ascending time codes; the range from the first to the last is replaced
+    codes : ascending time codes; the points are animated from the first to the last of them
     """
     skel, gf = imported("pxr.UsdSkel", path), imported("pxr.Gf", path)
     skinned = False

@@ -1,13 +1,14 @@
 """Corrects meshes of panels whose triangles would coincide after sewing, as at corners of bags.
 
-Where two sewn edges of a panel meet, a triangle may have both as sides. Its third side then has
-both ends on seams. If the other panel has such a triangle too, sewing makes one edge of the two
-third sides, and the triangles lie on each other. At the tip of a cone, the ends of the third side
-become one vertex. An edge flip, which replaces the common side of two triangles by the other
-diagonal of their quadrilateral, usually helps. Where it does not, a new vertex splits the edge.
+Where two sewn edges of a panel meet, a triangle may have a side on each of them. Both ends of its
+third side then lie on seams. If the other panel has such a triangle too, sewing makes one edge of
+the two third sides, and the triangles lie on each other. At the tip of a cone, the ends of the
+third side become one vertex. An edge flip, which replaces the common side of two triangles by the
+other diagonal of their quadrilateral, usually helps. Where it does not, a new vertex splits the
+edge.
 
-Edges inside two panels may also cross, if both have both ends on the same seams. A new vertex then
-splits one of them.
+Edges inside two panels may also cross, if their ends lie on the same seams. A new vertex then
+splits the longer of the two.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ __all__ = ["Separated", "without_joined_edges"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Edge = tuple[int, int]
-Sides = dict[Edge, tuple[int, int]]  # of each half-edge: its triangle and the opposite vertex
+Sides = dict[Edge, tuple[int, int]]  # half-edge: its triangle and the opposite vertex
 
-ROUNDS = 100  # each flips or splits at most one edge of every triangle
+ROUNDS = 100  # largest number of rounds; each flips or splits at most one edge per triangle
 LEAST_DEGREES = 10.0  # an edge is split rather than flipped if the flip makes smaller angles
 
 
@@ -40,7 +41,7 @@ class Separated:
 
     points : (n x 2) the given vertices, then new ones [m]
     triangles : (m x 3) counter-clockwise
-    origin : (m) a triangle of the same panel in the given mesh
+    origin : (m) index of a triangle of the same panel in the given mesh
     """
 
     points: Floats
@@ -110,9 +111,9 @@ def _groups(sides: Sides, welded: Indices) -> dict[Edge, list[Edge]]:
 
 
 def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edge]]:
-    """Returns groups of edges inside panels that would coincide, also with boundary edges.
+    """Returns groups of edges inside panels that would coincide with each other or a boundary edge.
 
-    The group of an edge whose own ends are joined contains this edge only.
+    An edge whose own two ends are joined is returned even if it coincides with no other edge.
     """
     result = []
     for ends, edges in groups.items():
@@ -123,7 +124,7 @@ def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edg
 
 
 def _boundary_places(sides: Sides) -> dict[int, tuple[int, int]]:
-    """Returns, for each boundary vertex, the index of its loop and its place along the loop."""
+    """Returns, for each boundary vertex, a number of its loop, and a number that grows along it."""
     following = {a: b for a, b in sides if (b, a) not in sides}
     places: dict[int, tuple[int, int]] = {}
     for loop, start in enumerate(following):
@@ -137,8 +138,8 @@ def _boundary_places(sides: Sides) -> dict[int, tuple[int, int]]:
 def _crossing_edges(sides: Sides, welded: Indices) -> list[list[Edge]]:
     """Returns pairs of edges inside two panels that would cross.
 
-    Both edges have both ends on seams between the two panels, and the ends of one separate those of
-    the other along the boundary.
+    The ends of both edges lie on seams between the two panels, and the ends of one edge separate
+    those of the other along the boundary.
     """
     places = _boundary_places(sides)
     along = {(loop, int(welded[v])): place for v, (loop, place) in places.items()}
@@ -174,7 +175,7 @@ def _is_new(edge: Edge, groups: dict[Edge, list[Edge]], welded: Indices) -> bool
 def _flips(
     points: Floats, sides: Sides, joined: list[list[Edge]], useful: Callable[[Edge], bool]
 ) -> list[tuple[int, int, tuple[list[int], list[int]]]]:
-    """Returns flips of joined edges, at most one of each triangle.
+    """Returns flips of joined edges, at most one per triangle.
 
     Each consists of the indices of two triangles and of the two triangles that replace them.
 
@@ -220,7 +221,7 @@ def _flip(
 def _split(
     points: Floats, triangles: Indices, origin: Indices, sides: Sides, edges: list[Edge]
 ) -> tuple[Floats, Indices, Indices]:
-    """Splits edges at their centres, at most one of each triangle."""
+    """Splits edges at their centres, at most one edge per triangle."""
     taken = set[int]()
     middles: list[Floats] = []
     rows, added = triangles.tolist(), []

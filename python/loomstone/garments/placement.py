@@ -83,6 +83,7 @@ class Cone:
     slope : radius of a horizontal circle divided by its distance from the apex along the cone,
         below 1 [1]
     angle_degrees : angle from +x at which the panel's vertical line through the apex is placed
+        [degrees]
 
     The cone opens downward if the panel lies below `apex`, and otherwise upward.
     """

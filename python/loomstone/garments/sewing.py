@@ -19,7 +19,7 @@ from .triangulation import smallest_angles
 
 __all__ = ["Garment", "garment"]
 
-_MOST_TRIANGLES = 10_000_000  # of a garment
+_MOST_TRIANGLES = 10_000_000  # largest number of triangles of a garment
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -237,9 +237,9 @@ def boundary_loops(triangles: NDArray[np.integer]) -> list[list[int]]:
     """Returns the vertices of each boundary loop, in the direction of the boundary half-edges.
 
     Loops may touch at a vertex. A loop that reaches such a vertex leaves it along the same fan of
-    triangles, whose neighbours share edges.
+    triangles. Neighbouring triangles of a fan share an edge.
     """
-    third = {}  # of each half-edge (a, b): the third vertex of its triangle
+    third = {}  # third vertex of the triangle of each half-edge (a, b)
     for a, b, c in triangles.tolist():
         third[a, b], third[b, c], third[c, a] = c, a, b
     unused = sorted(edge for edge in third if edge[::-1] not in third)

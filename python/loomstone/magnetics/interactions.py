@@ -70,9 +70,9 @@ def force(
     comparing their grids, and for spheres from the end of their series. For an induced body near a
     magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each other, the
     estimate is between half and ten times the true error in nine of ten cases (for spheres, if the
-    degree is at least 3). For spheres whose series is far too short, it is about the force of a
-    dipole near a plane. For two spheres, it can be too small. It is nan for induced meshes, which
-    have only one grid.
+    degree is at least 3). For spheres whose series is far too short, it is at least the force
+    between a dipole with the moment of the other body and a plane of ideal iron. For two spheres,
+    it can be too small. It is nan for induced meshes, which have only one grid.
 
     engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
     has no effect on the result, and overlap is not detected. The error is estimated by comparison

@@ -57,7 +57,7 @@ def render_run(
     jobs : number of processes, 0: one per processor
     again : delete existing pictures of a whole run first. Without it, they are deleted only if new
         frames change the automatic colours or the fit of the camera.
-    progress : function called with the number of pictures finished since its last call
+    progress : function called with each increment of the number of finished pictures
     stop : called before every picture if one process draws; drawing ends if it returns True
     simulation : source of field lines if one process draws; None: made from the stored magnets
 

@@ -16,13 +16,14 @@ __all__ = ["Renderer"]
 
 
 class Renderer(_core.Renderer):
-    """Draws frames of one run without a display, by OSMesa or EGL.
+    """Draws frames of one run without a display, by the system's OSMesa or EGL, or by the OSMesa
+    that wheels contain.
 
     topology : topology of the frames
     options : RenderOptions
 
-    Raises Unsupported if neither library is found, and InvalidInput for options that cannot be
-    drawn.
+    Raises Unsupported if none of these libraries can be used, and InvalidInput for options that
+    cannot be drawn.
     """
 
     def __init__(self, topology: FrameTopology, options: RenderOptions | None = None) -> None:

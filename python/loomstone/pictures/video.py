@@ -30,8 +30,8 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
         )
     unfinished = target.with_name("unfinished-" + target.name)
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-framerate", str(rate)]
-    # Run in the directory, whose name may contain a % or a colon. With "file:", ffmpeg takes the
-    # rest as a path.
+    # ffmpeg runs in the directory, because the directory's name may contain characters that are
+    # special in input patterns, such as %. ffmpeg takes the text after "file:" as a path.
     command += [
         "-i",
         "frame-%05d.png",

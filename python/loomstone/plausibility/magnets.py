@@ -35,8 +35,8 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     carriers = {name: index for index, name in enumerate(names)}
     found, placed, owners = [], [], []
     # For equal magnets on carriers that share a mesh, the magnet's mesh and its protrusion are
-    # computed only once. The keys contain addresses of meshes, none of which is reused, because the
-    # stored states and `surfaces` keep the meshes alive.
+    # computed only once. The keys contain addresses of meshes. These addresses stay unique, because
+    # the stored states and `surfaces` keep the meshes alive.
     known: dict[Any, tuple[TriangleMesh | None, float, Any]] = {}
     for i, magnet in enumerate(scene.magnets):
         owner = carriers[magnet.body]

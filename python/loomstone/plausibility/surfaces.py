@@ -16,8 +16,8 @@ __all__ = ["Surface", "item", "overlapping_pairs", "start_surfaces"]
 Floats = NDArray[np.float64]
 
 # Surfaces overlap if they still intersect after each has shrunk about its centre by this fraction
-# of its size. The value is our choice. It excludes surfaces that touch, and round surfaces of which
-# only the facets intersect.
+# of its size. The value is our choice. It excludes surfaces that touch, and round surfaces that
+# intersect only because their meshes have flat facets.
 SHRINKAGE = 0.02
 # Largest number of surfaces that are tested for intersections, to bound the time of the test.
 MOST_TESTED = 1000
@@ -51,7 +51,7 @@ class Surface:
 
 
 def item(kind: str, index: int, name: str) -> str:
-    """Returns what messages call an entry of a list of the scene, for instance cloths[0] ("a")."""
+    """Returns the name of an entry of a scene's list in messages, for instance cloths[0] ("a")."""
     return f'{kind}[{index}] ("{name}")' if name else f"{kind}[{index}]"
 
 
@@ -68,11 +68,12 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 
 
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
-    """Returns pairs of indices of overlapping surfaces, at least one of which moves freely.
+    """Returns pairs of overlapping surfaces as indices. One or both of each pair move freely.
 
     Two surfaces overlap if they intersect both at full size and after shrinking by SHRINKAGE, or if
-    a closed one contains the other. Intersections are sought among the first MOST_TESTED surfaces
-    whose bounding boxes overlap those of others, if at least one of the two moves freely.
+    a closed one contains the other. A surface is tested for intersections if its bounding box
+    overlaps that of another one, and at least one of the two moves freely. At most MOST_TESTED
+    surfaces are tested.
     """
     if not any(surface.free for surface in surfaces):
         return []

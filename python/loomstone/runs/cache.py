@@ -62,7 +62,7 @@ class Run:
         # Absolute, so that the run can still be read after a change of the working directory.
         self._path = os.path.abspath(path)
         self._file: FrameReader | None = FrameReader(self._path)
-        # Arrays of a FrameReader keep its files open, so what outlives close() is a copy.
+        # Copies, because arrays of a FrameReader would keep its files open after close().
         self._topology: FrameTopology | None = None
         self._times: NDArray[np.float64] | None = None
         self._directory = Path(path) if Path(path).is_dir() else Path(path).parent

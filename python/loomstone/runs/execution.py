@@ -121,8 +121,8 @@ def _check_control(directory: Path) -> None:
 
 
 def _of_this_process(seconds: float, steps: int) -> dict[str, Any]:
-    """Returns the part of the report about this process, before Writer.finish() adds to it the wall
-    time of the earlier processes of the run.
+    """Returns the part of the report about this process. Writer.finish() adds the wall time of the
+    run's earlier processes to `wall_seconds`.
     """
     return {
         "wall_seconds": seconds,
@@ -155,9 +155,9 @@ def _metadata_text(
 ) -> str:
     """Returns the metadata as JSON, with options that a resumed run keeps.
 
-    The magnets of the scene are included, for drawing field lines, and a digest of the scene and of
-    the integrator, by which the pictures of another run are recognised. A run with a control
-    function has a random number instead, because the function may do anything.
+    The metadata include the magnets of the scene, from which field lines are drawn, and a digest of
+    scene and integrator, by which pictures of another run are recognised. With a control function,
+    a random number takes the place of the digest, because the function may do anything.
     """
     described = digest_of(simulation.scene, simulation.integrator)
     kept = {

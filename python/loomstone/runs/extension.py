@@ -56,7 +56,7 @@ def _damage(changed: Any) -> str:
 def extend(
     directory: Path, metadata: dict[str, Any], options: RunOptions, *, controlled: bool
 ) -> None:
-    """Stores a longer duration, or that a control function is given, beside a continued run.
+    """Records a longer duration and the use of a control function in extension.json, if new.
 
     metadata : those of the run, with earlier extensions
     """

@@ -1,6 +1,7 @@
 """Files that a run leaves if it is killed while it writes its first file, run.vtkhdf.
 
-Frames are written under the names of PARTS, which are then changed to those of the finished files.
+run.vtkhdf and bodies.vtkhdf are created under the names in PARTS. They get their final names before
+a new frame is written.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ _OF_PICTURES = {"options.json", "unfinished-options.json"}
 def leftovers(directory: Path) -> set[str]:
     """Returns the names of the entries of a directory that are left from a run that saved nothing.
 
-    These are PARTS and, if run.vtkhdf.part is among them, bodies.vtkhdf, and frames/ if it contains
-    the options of pictures but no pictures. There are none if the directory has a run.vtkhdf.
+    These are the files in PARTS. If run.vtkhdf.part exists, bodies.vtkhdf counts, too, and so does
+    frames/ if it contains only the options of pictures. The result is empty if the directory has a
+    run.vtkhdf.
     """
     if (directory / "run.vtkhdf").exists():
         return set()

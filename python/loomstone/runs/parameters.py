@@ -98,7 +98,7 @@ def parse_parameters(items: Sequence[str]) -> dict[str, Any]:
 
 
 def literals(parameters: Mapping[str, Any]) -> dict[str, str]:
-    """Returns Python literals of the values that JSON does not keep, such as tuples."""
+    """Returns Python literals of the values that JSON would change, such as tuples."""
     return {
         name: repr(value)
         for name, value in parameters.items()
@@ -157,7 +157,7 @@ class Parameter:
         return value
 
     def _like(self) -> str:
-        """Returns " like " and the default if the type accepts it and is a simple one, else ""."""
+        """Returns " like " and the default if the type is simple and accepts it, else ""."""
         try:
             default = _read(self.default, self._kind)
         except _Refused:
@@ -252,9 +252,9 @@ def _text(value: Any) -> str:
 
 
 def _of_union(value: Any, kinds: Sequence[Any]) -> Any:
-    """Returns a value of the first type that accepts it.
+    """Returns `value` as read by the first type that accepts it.
 
-    Types that convert it come last: int for a float, and str, which accepts any text.
+    Types that convert values are tried last: int for a float, and str, which accepts any text.
     """
     decimal = type(value.value if isinstance(value, Given) else value) is float
     for kind in sorted(kinds, key=lambda kind: (kind is str, kind is int and decimal)):

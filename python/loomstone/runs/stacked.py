@@ -14,9 +14,9 @@ __all__ = ["Stacked", "StoredFrames"]
 
 
 def _chooses_frames(first: Any) -> bool:
-    """Returns whether the first part of an index chooses frames and nothing else.
+    """Returns whether the first part of an index, which is not a slice, only chooses frames.
 
-    It is then an integer, an array of integers or a mask with one axis.
+    The result is True for integers, arrays of integers and masks with one axis.
     """
     if first is None or first is Ellipsis or isinstance(first, tuple):
         return False

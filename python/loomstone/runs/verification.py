@@ -51,7 +51,7 @@ def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
 class FrameTable:
     """frames.csv: one row of counts per frame.
 
-    stored : the frames that the run has stored, of which the last has the index `until_frame` - 1
+    stored : the frames that the run has stored; the last one has the index `until_frame` - 1
 
     Counts the intersections of stored frames that an existing table lacks. Raises CacheError if the
     table is damaged.
@@ -94,8 +94,8 @@ class FrameTable:
 
 
 # File names and columns of two tables, each of which exists only if it has rows. FORCED lists the
-# triangle pairs that a step was forced to leave intersecting. BROKEN lists the largest excesses
-# over strain limits that remained after a step.
+# triangle pairs in Simulation.forced_pairs after a step. BROKEN lists the largest excesses over
+# strain limits that remained after a step.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),

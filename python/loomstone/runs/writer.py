@@ -390,7 +390,7 @@ def _remove_run(directory: Path) -> None:
 
 
 def _remove_continuations(directory: Path) -> None:
-    """Removes what another run in the same directory would be continued from."""
+    """Removes the files from which a later run in the directory would be resumed by mistake."""
     (directory / EXTENSION).unlink(missing_ok=True)
     for path in checkpoint_files(directory):
         path.unlink()

@@ -1,9 +1,9 @@
 """Grips by which a user holds a patch of cloth, a body or an obstacle in a running simulation.
 
 A grip pulls what it holds towards a goal, which the mouse sets. It changes only values that any
-program may assign between two steps: external forces and poses of obstacles. Forces leave the
-collision handling free to stop what is held, so a user cannot pull cloth through itself. "Hand"
-means the user's end of a grip.
+program may assign between two steps: external forces and poses of obstacles. Forces do not override
+collision handling, so a user cannot pull cloth through itself. "Hand" means the user's end of a
+grip.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _RATE = 30.0
 # than a step.
 _LINE_RATE = 4.0
 # If the simulation lags behind real time by more than this [s], the page shows slow motion. The
-# simulation catches up with smaller delays.
+# simulation makes up for smaller delays.
 _DELAY = 0.05
 
 

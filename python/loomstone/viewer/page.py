@@ -111,7 +111,7 @@ class Page:
         size = float(np.linalg.norm(eye - target))
         start.near, start.far = 1e-3 * size, 1e3 * size
         self.server.scene.set_up_direction(tuple(up))
-        # The hemisphere light illuminates what the default lights leave dark.
+        # The hemisphere light illuminates surfaces that the default lights leave dark.
         self.server.scene.configure_default_lights(enabled=True, cast_shadow=True)
         self.server.scene.add_light_hemisphere(
             "/sky", sky_color=(255, 255, 255), ground_color=(190, 185, 175), intensity=1.2

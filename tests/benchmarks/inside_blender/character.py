@@ -37,7 +37,7 @@ def tube() -> bpy.types.Object:
 
 
 def bind(made: bpy.types.Object) -> None:
-    """Binds an object to a moving armature of two bones, of which the upper one turns."""
+    """Binds an object to a moving armature of two bones. The upper bone turns."""
     bpy.ops.object.armature_add(location=(0.3, 0.2, 0))
     bones = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")

@@ -25,7 +25,7 @@ def load(order: dict) -> None:
     if files[0].suffix == ".usdc":
         bpy.ops.wm.usd_import(filepath=str(files[0]))
     elif files[0].suffix == ".glb":
-        # The cloth is flat in the first frame, from which the importer would infer flat shading.
+        # By default, the importer would infer flat shading from the flat cloth of the first frame.
         bpy.ops.import_scene.gltf(filepath=str(files[0]), import_shading="SMOOTH")
     elif files[0].suffix == ".abc":
         bpy.ops.wm.alembic_import(filepath=str(files[0]))

@@ -1,9 +1,9 @@
 // Time of one sweep of strain limiting (evaluation and correction; see sweep()) over elements that
 // exceed their limits, and of a call of StrainLimiter::enforce() on one thread if all elements are
-// within limits (see idle()). The time of a call is the minimum of 40 repetitions. The time of
-// a sweep is divided by that of a block matrix-vector product (7,396 rows, one thread), measured in
-// the same run.
-// Results of different machines can be compared only by this ratio.
+// within limits (see idle()). The time of a call is the minimum of 40 repetitions. The column
+// sweep/product is the time of a sweep divided by that of a block matrix-vector product (7,396
+// rows, one thread) in the same run. Results of different machines can be compared only by this
+// ratio.
 //   benchmark_limits [cells ...]      (default 42, 85, 224: 3,528, 14,450 and 100,352 triangles;
 //   --smoke: 10)
 #include <algorithm>

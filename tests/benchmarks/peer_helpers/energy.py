@@ -1,4 +1,4 @@
-"""Masses of vertices. The script of pyPBD imports this module, which SHARED/peers lacks."""
+"""Masses of vertices. The script of pyPBD imports this module, which is not in shared/peers."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -32,7 +32,7 @@ struct Strip {
 };
 // pattern: alternating | diagonal | mirrored | jittered | along | across. The last two consist of
 // diamonds, with edges at about 45 degrees and diagonals along or across the strip. The parameter
-// `across` is the number of cells over the width.
+// `across` is the number of cells across the width.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
 // Strip from a Delaunay triangulation of random points after `smoothing` rounds of relaxation (0
 // keeps slivers). Writes the smallest angle of this triangulation [rad] to least_angle unless this

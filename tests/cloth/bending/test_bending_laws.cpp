@@ -351,6 +351,7 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // at most 12 in a triangle and two rings of neighbours
+  // A triangle and two rings of its neighbours have at most 12 vertices.
+  CHECK(subset.vertices.size() < 15);
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }

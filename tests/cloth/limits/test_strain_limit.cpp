@@ -15,7 +15,8 @@ using namespace loomstone::test;
 
 namespace {
 
-// The triangle strained by U = I + strain in its plane, then rotated and translated in space.
+// Returns the corners of a triangle that is strained by U = I + strain in its plane, and then
+// rotated by `turn` and translated in space.
 Points strained(const Corners2& corners, const Vec3& strain, const Mat3& turn) {
   Mat2 u;
   u << 1 + strain[0], strain[2], strain[2], 1 + strain[1];

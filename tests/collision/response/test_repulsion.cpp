@@ -129,7 +129,7 @@ TEST_CASE(
   for (const double h : {1e-3, 1e-4}) {
     const GapsOfSlide held = gaps_of_slide(0.295, h, 0.5), sliding = gaps_of_slide(0.305, h, 0.5),
                       fast = gaps_of_slide(0.5, h, 0.5);
-    // Without friction, the cloth would slide 0.35 m. With it, the cloth creeps a little, because
+    // Without friction, the cloth would slide 0.35 m. With friction, it creeps a little, because
     // the sweeps stop when corrections are below 1e-4 of the motion in a step.
     CHECK(held.distance < 1e-6);
     for (const GapsOfSlide& each : {held, sliding, fast}) {

@@ -163,7 +163,8 @@ TEST_CASE("contact forces are minus the gradient of the contact energies for fix
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // The energy is less smooth where a contact begins or ends. Within 1e-9 m of x, no contact does.
+  // The energy is less smooth where a contact begins or ends. This happens nowhere within 1e-9 m
+  // of x.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);

@@ -21,8 +21,8 @@ namespace {
 
 const Vec3 size(0.01, 0.008, 0.006), polarization(0.3, 0.2, 1.2);
 
-// Pose of a cuboid of this size that stands on an equal one, turned about the vertical axis. Its
-// lowest corner is `gap` above the upper face of the other one.
+// Pose of a cuboid that stands on an equal one. It is tilted by `tilt` [rad] and turned about the
+// vertical axis by `yaw` [rad]. Its lowest corner is `gap` [m] above the other cuboid's upper face.
 RigidPose standing(double yaw, double tilt, double gap) {
   const Vec4 orientation =
       quaternion_product(quaternion_from_rotation_vector(Vec3(0, 0, yaw)),
@@ -62,8 +62,8 @@ TEST_CASE("cut panels cover the panel, and no face plane passes through a triang
   CHECK((moment - area.z() * Vec3(0, 0, -0.003)).norm() < 1e-12 * 0.005 * area.norm());
 }
 
-// Without the cuts, two million points of the field would not suffice for this tolerance. The mesh
-// of the same shape is not a cuboid to the code, so its panels are not cut.
+// Without the cuts, two million evaluations of the field would not reach this tolerance. The panels
+// of the mesh are not cut, because the code does not recognise its shape as a cuboid.
 TEST_CASE("forces between cuboids that lie flush and turned reach a small tolerance") {
   const double tilt = GENERATE(0.0, 1e-4, 1e-2), gap = GENERATE(1e-9, 1e-6);
   CAPTURE(tilt, gap);
@@ -84,8 +84,9 @@ TEST_CASE("forces between cuboids that lie flush and turned reach a small tolera
 
 namespace {
 
-// Area of a part of a disc [m^2], and the ranges of the distance from the axis of a cylinder less
-// the radius of its inner rim (0) and outer rim (1) [m].
+// Area of a part of a disc [m^2], and the smallest and largest values of r - R over the part [m].
+// Here r is the distance from the axis of a cylinder, and R is the radius of its inner rim (index
+// 0) or outer rim (index 1).
 struct PartOfDisc {
   double area = 0.0;
   double low[2] = {1.0, 1.0}, high[2] = {-1.0, -1.0};
@@ -165,7 +166,7 @@ TEST_CASE("discs that a cuboid cuts cover the disc, and no face plane passes thr
   CHECK(area == Approx(pi * (radius * radius - inner * inner)).epsilon(1e-6));
 }
 
-// Without the cuts, two million points of the field do not suffice for this tolerance.
+// Without the cuts, two million evaluations of the field would not reach this tolerance.
 TEST_CASE("the force of a cuboid on a disc that lies flush is the derivative of the energy") {
   const double off = GENERATE(3e-4, 4e-3), inner = GENERATE(0.0, 0.002);
   CAPTURE(off, inner);
@@ -194,7 +195,7 @@ TEST_CASE(
   CHECK(cut_along_rims(panel, beside, {0.006, 0.0}).empty());
 }
 
-// Without the cuts, two million points of the field would not suffice for this tolerance.
+// Without the cuts, two million evaluations of the field would not reach this tolerance.
 TEST_CASE("forces between cylinders that lie flush are derivatives of the energy") {
   const auto [off, inner] =
       GENERATE(std::pair(3e-4, 0.0), std::pair(1e-3, 0.0), std::pair(4e-3, 0.0),

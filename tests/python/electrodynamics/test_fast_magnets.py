@@ -35,16 +35,17 @@ def test_a_ball_that_flies_past_another_gives_it_the_impulse_of_a_straight_path(
     scene = ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0))
     duration = 2 * reach / speed
     sim = after(scene, duration, duration / max(1, round(duration / 0.01)))
-    # The integral of 3 mu0 m^2 / (4 pi r^4) along an infinite straight path, across the path.
+    # Impulse across the path if the flying ball moves along an infinite straight line. At a
+    # distance r, the balls repel each other with the force 3 mu0 m^2 / (4 pi r^4).
     impulse = mu_0 * moment**2 / (np.pi * speed * apart**3)
     # At 20 m/s, the balls move apart by 0.3 % of their distance while they pass. The ends of the
-    # path contribute less than 1e-4.
+    # path contribute less than 1e-4 of the impulse.
     assert mass * sim.state.body_velocities[1][1] == pytest.approx(-impulse, rel=0.01)
     assert abs(mass * sim.state.body_velocities[1][0]) < 0.02 * impulse
 
 
 def rotor(spin: float, coil: bool) -> ls.Scene:
-    """A magnet on a rotor, and beside its circle a coil or a magnet."""
+    """A magnet on a rotor, and a static coil or magnet beside the circle on which it moves."""
     cube = M.cuboid(size=(CUBE, CUBE, CUBE), polarization=(1.2, 0, 0))
     place = (0.045, 0, 0)
     mesh = ls.meshes.box(size=(0.06, 0.01, 0.01))

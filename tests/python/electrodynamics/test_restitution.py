@@ -1,4 +1,4 @@
-"""Bodies bounce with their restitution, whatever meets and whatever the step, and forces that press
+"""Bodies of all shapes bounce with their restitution, in short and in long steps. Forces that press
 bodies together do not make them bounce.
 """
 
@@ -52,7 +52,7 @@ def test_small_fast_balls_keep_their_restitution(radius, magnets):
         speed = np.sqrt(2 * 9.81 * height)
         while sim.time < speed / 9.81 + 0.05:
             sim.step()
-        # The apex follows from the energy: the ball is on its way up.
+        # The ball is on its way up. The height of its apex follows from its energy.
         z, v = sim.body_centres[0, 2] - radius, sim.state.body_velocities[0, 2]
         assert v > 0
         assert z + v * v / (2 * 9.81) == pytest.approx(0.81 * height, rel=0.01)

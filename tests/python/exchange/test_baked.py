@@ -1,4 +1,4 @@
-"""Obstacles and meshes read from USD and glTF files, most of which other libraries write."""
+"""Obstacles and meshes are read from USD and glTF files. Other libraries write most of them."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Exported files are read back, most by libraries of other programs, and compared with the run."""
+"""Exported files are read back, mostly by other libraries, and compared with the run."""
 
 import json
 import subprocess

@@ -120,7 +120,7 @@ def test_uv_of_usd_that_do_not_match_are_one_sentence(tmp_path):
 
 
 def write_gltf(path, uv_counts=(12,)):
-    """Writes two nodes, the second of which is mirrored, and returns the path.
+    """Writes two nodes, a plain and a mirrored one, and returns the path.
 
     Each number in `uv_counts` is the number of uv of one mesh (0: none). If there is only one mesh,
     both nodes show it. A mesh has four triangles, each with vertices of its own and uv whose

@@ -1,4 +1,4 @@
-"""Boundary loops of meshes, including loops that touch in a vertex."""
+"""Boundary loops of meshes, including loops that touch at a vertex."""
 
 import loomstone as ls
 import numpy as np

@@ -21,7 +21,7 @@ def stopped_at(time):
 
 
 class Interrupted(ls.Simulation):
-    """A simulation that is interrupted in its step 35."""
+    """A simulation that is interrupted after 35 steps."""
 
     def step(self):
         if self.step_index == 35:

@@ -41,7 +41,7 @@ SMALL = {
 }
 
 # Like SMALL, but for scenes that disable collisions. test_no_cloth_intersects_in_any_frame enables
-# them.
+# collisions in these scenes.
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
@@ -105,7 +105,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
     elif name not in ("figures", "lift", "pull"):  # in those three, the script does work
-        # The energy of the leapfrog method oscillates, and contacts only dissipate energy.
+        # The energy of kick-drift-kick oscillates, and contacts only dissipate energy.
         assert energies().sum() - start.sum() < 0.01 * most
 
 

@@ -11,7 +11,7 @@ MASS = 3.0 * DENSITY * LENGTH * WIDTH  # of a ball
 
 
 def carried(tilt: float, velocity: tuple[float, float, float], stiffness: float, **options):
-    """Returns a strip and the ball attached to its end. Both move at `velocity` [m/s]."""
+    """Returns a strip, a ball at its end, and their attachment. Both move at `velocity` [m/s]."""
     cos, sin = np.cos(tilt), np.sin(tilt)
     turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
     flat = ls.meshes.strip(length=LENGTH, width=WIDTH, triangles=240)

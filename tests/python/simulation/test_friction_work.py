@@ -59,7 +59,7 @@ def test_a_sheet_slides_down_an_incline_by_coulombs_law(slope):
     while sim.time < 1.0:
         sim.step()
     way = (sim.positions.mean(axis=0) - start) @ along
-    # The friction coefficient that gives this way.
+    # The friction coefficient for which Coulomb's law predicts this distance.
     measured = np.tan(angle) - 2.0 * way / (9.81 * np.cos(angle) * sim.time**2)
     assert measured == pytest.approx(friction, rel=0.02)
 

@@ -1,4 +1,4 @@
-"""Stiff, light cloth in free motion keeps its energy with the default tolerance of linear solves,
+"""Stiff, light cloth in free motion gains no energy with the default tolerance of linear solves,
 also with a heavy body, and while an obstacle moves far away.
 """
 
@@ -44,7 +44,7 @@ def test_a_spinning_strip_gains_nothing(step):
 
 
 def pendulum():
-    """A ball that hangs on a very stiff strip, tilted by 10 degrees."""
+    """A ball on a very stiff strip that hangs at 10 degrees to the vertical."""
     length, width, radius, tilt = 0.3, 0.02, 0.02, np.radians(10)
     mesh = ls.meshes.strip(length=length, width=width, triangles=120)
     mesh = mesh.moved((-mesh.vertices[:, 0].min(), 0, 0))

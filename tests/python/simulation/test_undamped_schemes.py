@@ -60,5 +60,5 @@ def test_small_stiff_sheets_create_no_energy(scheme, seed, size):
     while sim.time < 0.1:
         sim.step()
         # Steps are damped while the balance exceeds 0.02. The step in which it rises above this
-        # bound is not yet damped and may add as much again.
+        # bound is not yet damped and may add as much again. The rest of the bound is a margin.
         assert sim.report.account.balance < 0.05

@@ -1,4 +1,4 @@
-// Tests of the work of torques that users apply to bodies, free ones and ones attached to cloth.
+// Tests of the work of torques that users apply to free bodies and to bodies attached to cloth.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -87,8 +87,8 @@ TEST_CASE("the work of a torque on an attached body is the torque times the angl
   Simulation sim(small_box_on_sheet(), step_of(step, method), 1);
   const Pushed pushed = push(sim, 1e-4, 0.0);
   CAPTURE(step, method, pushed.work);
-  // With the mean of the angular velocities at both ends of a step instead of the angle, the errors
-  // would be up to 8 times the work.
+  // If the work were computed from the mean of the angular velocities at both ends of each step
+  // instead of the angle, its errors would be up to 8 times the work.
   CHECK(sim.report().account.loads == Approx(pushed.work).epsilon(0.01));
 }
 
@@ -101,9 +101,9 @@ TEST_CASE("the work of a torque is the kinetic energy that it gives to a body th
   for (int i = 0; i < 50; ++i) sim.step();
   const double gain = sim.report().energy.body_kinetic - 0.5 * inertia * speed * speed;
   CAPTURE(speed, step, torque.transpose());
-  // The turn of a step is h w(t + h), so the work is larger than the kinetic energy. After 50 steps
-  // from rest, the difference is 1/50 of this energy. At 500 rad/s, a step of 10 ms turns the body
-  // by more than pi.
+  // In a step of length h, the body turns by h times the angular velocity at the end of the step.
+  // The work is therefore larger than the kinetic energy. After 50 steps from rest, the difference
+  // is 1/50 of this energy. At 500 rad/s, a step of 10 ms turns the body by more than pi.
   CHECK(sim.report().account.loads == Approx(gain).epsilon(0.03));
 }
 

@@ -109,8 +109,8 @@ TEST_CASE("the linearised midpoint rule and BDF-2 swing stiff sheets without a g
         most = std::max(most, sim.report().account.balance);
       }
       CAPTURE(method, stiffness);
-      // If the energy of neglected strain could be 0.2 of the kinetic energy, as with implicit
-      // Euler, BDF-2 would gain 0.15 and the midpoint rule 0.12.
+      // If the energy of neglected strain were allowed to be 0.2 of the kinetic energy, as with
+      // implicit Euler, the gain would be 0.15 with BDF-2 and 0.12 with the midpoint rule.
       CHECK(most < 0.01);
     }
 }
@@ -221,7 +221,7 @@ TEST_CASE("strain limits account for the energy that their sweeps take") {
   const double without_sweeps = step().first;
   REQUIRE(report.limits.sweeps > 0);
   CHECK(report.account.limits > 0.01 * without_sweeps);
-  // The energies are sums of rounded numbers.
+  // The tolerances cover rounding errors of the energies.
   CHECK(report.account.limits == Approx(without_sweeps - end).epsilon(1e-9));
   CHECK(std::abs(report.account.withheld) < 1e-9 * without_sweeps);
 }

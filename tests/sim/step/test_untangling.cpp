@@ -55,7 +55,8 @@ Scene crossed(int cells, int start) {
   return scene;
 }
 
-// Takes steps until nothing intersects. Returns their number, or -1 if `most` steps are not enough.
+// Takes at most `most` steps until nothing intersects. Returns the number of steps, or -1 if
+// intersections remain.
 int come_apart(Simulation& sim, int most) {
   for (int i = 1; i <= most; ++i) {
     sim.step();
@@ -90,7 +91,7 @@ TEST_CASE("layers that start intersecting come apart and stay apart") {
       INFO("response " << response << ", pairs at the start " << sim.intersecting_pairs().size());
       REQUIRE(sim.intersecting_pairs().size() > 20);
       // In `slope`, the deepest point is 30 mm, about 16 thicknesses, beyond the other layer. At
-      // the target speed of untangling, 100 thicknesses per second, it needs 40 steps.
+      // the target speed of untangling, 100 thicknesses per second, this point needs 40 steps.
       REQUIRE(come_apart(sim, 300) > 0);
       for (int i = 0; i < 25; ++i) {
         sim.step();
