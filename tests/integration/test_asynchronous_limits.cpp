@@ -4,11 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include <Eigen/Eigenvalues>
-
 #include "core/cloth/limit_potential.h"
 #include "core/integration/asynchronous/element_steps.h"
 #include "tests/support/cloth_fixture.h"
+#include "tests/support/decompositions.h"
 
 using namespace loomstone;
 using namespace loomstone::test;
@@ -181,9 +180,7 @@ TEST_CASE("the step of a limited triangle is at most the limit of stability in e
       const Points slope = (force_at(membrane, below) - force_at(membrane, above)) / 2e-7;
       for (int k = 0; k < 9; ++k) stiffness(k, i) = slope.data()[k] / run.model.mass[0];
     }
-    const Eigen::Matrix<double, 9, 9> symmetric = 0.5 * (stiffness + stiffness.transpose());
-    const double largest =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>>(symmetric).eigenvalues()[8];
+    const double largest = test::eigenvalues(0.5 * (stiffness + stiffness.transpose()))[8];
     ElementSteps steps(run.model, options, limit_potential(run.model, {}));
     const Points still = Points::Zero(3, 3);
     const double step = steps.at({}, run.state.x, still, *run.elasticity)[0];

@@ -1,10 +1,10 @@
 #include <catch2/catch.hpp>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
 
 #include "core/linalg/small.h"
+#include "tests/support/decompositions.h"
 
 using namespace loomstone;
 
@@ -13,16 +13,14 @@ namespace {
 // Positive part of a matrix, computed by Eigen's iterative eigensolver.
 template <class Matrix>
 Matrix positive_part_by_iteration(const Matrix& a) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(a);
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
-         solver.eigenvectors().transpose();
+  const Eigen::MatrixXd vectors = test::eigenvectors(a);
+  return vectors * test::eigenvalues(a).cwiseMax(0.0).asDiagonal() * vectors.transpose();
 }
 
 template <class Matrix>
 Matrix turned_diagonal(const Matrix& random,
                        const Eigen::Matrix<double, Matrix::RowsAtCompileTime, 1>& eigenvalues) {
-  const Matrix vectors =
-      Eigen::SelfAdjointEigenSolver<Matrix>(random + random.transpose()).eigenvectors();
+  const Matrix vectors = test::eigenvectors(random + random.transpose());
   const Matrix made = vectors * eigenvalues.asDiagonal() * vectors.transpose();
   return 0.5 * (made + made.transpose());
 }

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include "core/cloth/bending/bending_subset.h"
 #include "core/mesh/generators.h"
 #include "tests/cloth/bending/bending_support.h"
+#include "tests/support/decompositions.h"
 
 using namespace loomstone;
 using namespace loomstone::test;
@@ -149,8 +148,7 @@ TEST_CASE(
     const double size = k.cwiseAbs().maxCoeff();
     // The tolerance covers rounding of sums of a few dozen terms.
     CHECK((k - k.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * size);
-    const Vector eigenvalues =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
+    const Vector eigenvalues = test::eigenvalues(0.5 * (k + k.transpose()));
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
   }
   // add_stiffness() multiplies stiffness and damping by their scales and adds both to the matrix.
@@ -316,7 +314,7 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
       k(i, j) *= setup.prescribed[i / 3] || setup.prescribed[j / 3]
                      ? 0.0
                      : 1.0 / std::sqrt(mass[i / 3] * mass[j / 3]);
-  const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
+  const double exact = test::eigenvalues(k).maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
   // An error of 3 % is harmless: the longest step with explicit bending has a margin of 20 %.

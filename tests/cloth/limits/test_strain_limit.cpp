@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include "core/base/error.h"
 #include "tests/cloth/limits/limit_support.h"
+#include "tests/support/decompositions.h"
 
 using namespace loomstone;
 using namespace loomstone::test;
@@ -44,9 +44,7 @@ Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3&
   Mat32 ds;
   ds << (x.row(1) - x.row(0)).transpose(), (x.row(2) - x.row(0)).transpose();
   const Mat32 f = ds * dm.inverse();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(f),
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Mat32 r = svd.matrixU() * svd.matrixV().transpose();
+  const Mat32 r = test::polar_rotation(f);
   const Mat2 inverse = dm.inverse();
   Vec2 g[3];
   g[1] = inverse.row(0).transpose(), g[2] = inverse.row(1).transpose(), g[0] = -(g[1] + g[2]);
@@ -64,7 +62,7 @@ Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3&
   }
   Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
   b.head<3>() = change;
-  const Eigen::Matrix<double, 6, 1> s = a.fullPivLu().solve(b);
+  const Eigen::Matrix<double, 6, 1> s = test::solution(a, b);
   Points moved(3, 3);
   for (int k = 0; k < 3; ++k) moved.row(k) = (r * s.segment<2>(2 * k)).transpose();
   return moved;

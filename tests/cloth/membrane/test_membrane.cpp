@@ -1,10 +1,11 @@
 // Tests of the orthotropic membrane, equations (2.7) to (2.36) of [Thomaszewski2010].
 #include <catch2/catch.hpp>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 #include "core/base/error.h"
 #include "tests/cloth/membrane_support.h"
+#include "tests/support/decompositions.h"
 
 using namespace loomstone;
 
@@ -69,8 +70,7 @@ TEST_CASE("the positive Jacobian is symmetric and positive semidefinite, also un
   s.membrane.set_jacobian({}, x, {JacobianKind::Positive, {1.0, 0.3}}, 0, n, k);
   const Eigen::MatrixXd d = dense(k);
   CHECK((d - d.transpose()).norm() == 0.0);
-  const Eigen::VectorXd eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues();
+  const Eigen::VectorXd eigenvalues = test::eigenvalues(d);
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
 }
 
@@ -161,7 +161,7 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
     e(0, 0) = (c.a22 * s11 - c.a12 * s22) / determinant;
     e(1, 1) = (c.a11 * s22 - c.a12 * s11) / determinant;
     e(0, 1) = e(1, 0) = s12 / (2.0 * c.g);
-    const Mat2 u = Eigen::SelfAdjointEigenSolver<Mat2>(Mat2::Identity() + 2.0 * e).operatorSqrt();
+    const Mat2 u = test::square_root(Mat2::Identity() + 2.0 * e);
     // Rectangle with its long side along d.
     const TriangleMesh base = jittered_grid(0.3, 0.1, 9, 3, 0.24, 3);
     Mat2 turn;
@@ -211,8 +211,7 @@ Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneCo
     Mat3 corner;  // columns: positions of the corners
     for (int i = 0; i < 3; ++i) corner.col(i) = x.row(mesh.triangles()(t, i)).transpose();
     const Mat32 f = corner * gradients;
-    const Mat32 r =
-        f * Eigen::SelfAdjointEigenSolver<Mat2>(f.transpose() * f).operatorInverseSqrt();
+    const Mat32 r = test::polar_rotation(f);
     const auto b = [&](int i) {
       Eigen::Matrix<double, 3, 2> rows;
       rows << gradients(i, 0), 0, 0, gradients(i, 1), gradients(i, 1), gradients(i, 0);

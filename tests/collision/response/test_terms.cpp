@@ -1,12 +1,11 @@
 #include <catch2/catch.hpp>
 
-#include <Eigen/Eigenvalues>
-
 #include "core/collision/collision_stage.h"
 #include "core/collision/narrow_phase/distance.h"
 #include "core/collision/response/contacts.h"
 #include "core/collision/response/friction.h"
 #include "tests/collision/collision_scenes.h"
+#include "tests/support/decompositions.h"
 
 using namespace loomstone;
 using Kind = CollisionSurface::Kind;
@@ -236,7 +235,7 @@ TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
   const Points x = shaken(scene.x, 8e-4, 12), v = shaken(Points::Zero(x.rows(), 3), 2.0, 13);
   for (const ExtraTerm& term : assemble(scene, x, v, Points(0, 3), x.rows()).terms) {
     CHECK(term.hessian == term.hessian.transpose());
-    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(term.hessian).eigenvalues();
+    const Vec3 eigenvalues = test::eigenvalues(term.hessian);
     CHECK(eigenvalues[0] >= -1e-12 * eigenvalues[2]);
     CHECK(eigenvalues[2] > 0.0);
   }
