@@ -3,7 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rigid/squeezed_contacts.h"
+
 namespace loomstone {
+
+void ConeFrictionSolver::convertContacts(btPersistentManifold** manifolds, int n_manifolds,
+                                         const btContactSolverInfo& info) {
+  btSequentialImpulseConstraintSolver::convertContacts(manifolds, n_manifolds, info);
+  squeezes_ =
+      relieve_squeezed({m_tmpSolverContactConstraintPool, m_tmpSolverBodyPool}, info.m_timeStep);
+}
 
 btScalar ConeFrictionSolver::solveSingleIteration(int iteration, btCollisionObject** bodies,
                                                   int n_bodies, btPersistentManifold** manifolds,
@@ -26,7 +35,8 @@ btScalar ConeFrictionSolver::solveSingleIteration(int iteration, btCollisionObje
 btScalar ConeFrictionSolver::correct(int first) {
   btSolverConstraint& along = m_tmpSolverContactFrictionConstraintPool[first];
   btSolverConstraint& across = m_tmpSolverContactFrictionConstraintPool[first + 1];
-  const btScalar normal = m_tmpSolverContactConstraintPool[along.m_frictionIndex].m_appliedImpulse;
+  const btScalar normal = m_tmpSolverContactConstraintPool[along.m_frictionIndex].m_appliedImpulse +
+                          squeezes_[along.m_frictionIndex];
   const btScalar bound = along.m_friction * std::max(normal, btScalar(0));
   btScalar to[2] = {along.m_appliedImpulse + stopping(along),
                     across.m_appliedImpulse + stopping(across)};

@@ -1,6 +1,8 @@
 // Bullet's contact solver with the Coulomb friction cone.
 #pragma once
 
+#include <vector>
+
 #include "core/rigid/bullet.h"
 
 namespace loomstone {
@@ -13,6 +15,8 @@ namespace loomstone {
 // contact, apart from the change of its direction within a step.
 class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
  protected:
+  void convertContacts(btPersistentManifold** manifolds, int n_manifolds,
+                       const btContactSolverInfo& info) override;
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int n_bodies,
                                 btPersistentManifold** manifolds, int n_manifolds,
                                 btTypedConstraint** constraints, int n_constraints,
@@ -25,6 +29,10 @@ class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
   // Returns the change of a row's impulse that stops the sliding along its direction [N s].
   btScalar stopping(const btSolverConstraint& row);
   void apply(btSolverConstraint& row, btScalar impulse);
+
+  // Impulses that the solver does not apply to the contacts, because those of opposite sides
+  // cancel, but that count as normal impulses for friction (see squeezed_contacts.h) [N s].
+  std::vector<btScalar> squeezes_;
 };
 
 }  // namespace loomstone

@@ -1,0 +1,88 @@
+// Tests of obstacles that squeeze a body from opposite sides, as the jaws of a gripper do.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/rigid/worlds.h"
+
+using namespace loomstone;
+
+namespace {
+
+constexpr double side = 0.05, lift = 0.3;
+constexpr double closed_at = 0.2, lifted_at = 0.6, opened_at = 0.8, end = 1.4;  // [s]
+
+// Two jaws close until they overlap a body of the length `side` by `squeeze` together, lift it, and
+// open again.
+struct Gripper {
+  double squeeze;
+
+  std::vector<RigidPose> at(double time) const {
+    const double apart = 0.2 * side;
+    double gap = side + apart;
+    if (time < closed_at)
+      gap = std::lerp(side + apart, side - squeeze, time / closed_at);
+    else if (time < lifted_at)
+      gap = side - squeeze;
+    else if (time < opened_at)
+      gap = std::lerp(side - squeeze, side + apart, (time - lifted_at) / (opened_at - lifted_at));
+    const double height =
+        0.5 * side + lift * std::clamp((time - closed_at) / (0.3), 0.0, 1.0);
+    const double place = 0.5 * (gap + side);
+    return {RigidPose{}, {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
+            {Vec3(-place, 0, height), Vec4(1, 0, 0, 0)}};
+  }
+};
+
+RigidObstacle jaw(double friction) {
+  return {shared(box(side, side, side)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+}
+
+struct Lifted {
+  double height, wander, left;  // height and sideways motion at the end of the lift, height at the
+                                // end [m]
+  double speed;                 // largest, relative to the jaws while they lift [m/s]
+};
+
+Lifted lift_body(RigidBody body, double squeeze, double friction, double step) {
+  const Gripper gripper{squeeze};
+  body.position = Vec3(1e-4 * side, 0, 0.5 * side), body.friction = friction;
+  std::vector<RigidObstacle> obstacles{floor_of(1.0, 1), jaw(friction), jaw(friction)};
+  const std::vector<RigidPose> start = gripper.at(0.0);
+  for (std::size_t i = 1; i < 3; ++i) obstacles[i].position = start[i].position;
+  RigidWorld world({body}, obstacles, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  Lifted result{};
+  for (int i = 1; i * step < end; ++i) {
+    const std::vector<RigidPose> poses = gripper.at(i * step);
+    world.advance(step, {none, none}, poses, state);
+    if (i * step < lifted_at) {
+      result.height = state.positions(0, 2) - 0.5 * side;
+      result.wander = state.positions.row(0).head<2>().norm();
+      result.speed = std::max(result.speed, state.velocities.row(0).head<2>().norm());
+    }
+  }
+  result.left = state.positions(0, 2) - 0.5 * side;
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("jaws that overlap a body hold it, lift it and let it fall") {
+  const double squeeze = GENERATE(1e-3, 5e-3, 0.02, 0.1) * side, step = GENERATE(1e-3, 4e-3, 1e-2);
+  const std::string shape = GENERATE("box", "convex", "cylinder", "sphere");
+  CAPTURE(squeeze, step, shape);
+  const RigidBody body = shape == "cylinder" ? body_of(cylinder(0.5 * side, side), "convex")
+                         : shape == "sphere" ? body_of(icosphere(0.5 * side, 3), "sphere")
+                                             : body_of(box(side, side, side), shape);
+  const Lifted lifted = lift_body(body, squeeze, 0.8, step);
+  // The tolerance is 1 % of the lift.
+  CHECK(std::abs(lifted.height - lift) < 0.01 * lift);
+  CHECK(lifted.wander < 0.01 * lift);
+  CHECK(std::abs(lifted.left) < 0.01 * lift);  // it lies on the floor again
+}
+
+TEST_CASE("jaws without friction do not hold a body") {
+  const Lifted lifted = lift_body(body_of(box(side, side, side), "box"), 0.01 * side, 0.0, 1e-3);
+  CHECK(lifted.height < 0.01 * lift);
+}
