@@ -32,8 +32,8 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  // Largest number of vertices of a hull whose true corners are searched for. The search takes time
-  // proportional to the square of the number of faces. Larger hulls count as round at once.
+  // Hulls with more vertices count as round at once. Smaller ones are searched for true corners,
+  // which takes time proportional to the square of the number of faces.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();
@@ -52,6 +52,14 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   shapes.all.push_back(std::move(shape));
 }
 
+void add_box(const Vec3& half, Shapes& shapes) {
+  auto box = std::make_unique<btBoxShape>(to_bullet(half));
+  box->setMargin(0.05 * half.minCoeff());  // the margin lies inside the box
+  box->initializePolyhedralFeatures();
+  attach_polyhedron(*box, box_polyhedron(half), shapes);
+  shapes.all.push_back(std::move(box));
+}
+
 }  // namespace
 
 Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
@@ -65,18 +73,11 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
     check_box(mesh, where);
     const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(),
                high = mesh.vertices().colwise().maxCoeff().transpose();
-    const Vec3 half = 0.5 * (high - low);
-    auto box = std::make_unique<btBoxShape>(to_bullet(half));
-    box->setMargin(0.05 * half.minCoeff());  // the margin lies inside the box
-    box->initializePolyhedralFeatures();
-    attach_polyhedron(*box, box_polyhedron(half), shapes);
-    const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
-    shapes.all.push_back(std::move(box));
-    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return shapes;
-    auto placed = std::make_unique<btCompoundShape>();
-    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)),
-                          &shapes.whole());
-    shapes.all.push_back(std::move(placed));
+    // Bullet's boxes are aligned with the body frame, which is turned for a body in a bearing.
+    if (principal.isIdentity(0.0))
+      add_box(0.5 * (high - low), shapes);
+    else
+      add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
   } else if (body.shape == BodyShape::Convex) {
     add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
   } else {  // parts
