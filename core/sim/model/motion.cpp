@@ -20,6 +20,21 @@ Index first_row(const Model& model, int obstacle) {
   return model.obstacles[obstacle].first - model.obstacles.front().first;
 }
 
+// Returns the pose that the keyframes of an obstacle give, or the identity without keyframes.
+RigidPose scripted_pose(const Obstacle& o, double time) {
+  RigidPose pose;
+  if (o.times.empty()) return pose;
+  const Keyframes at = keyframes_at(o.times, time);
+  if (o.positions.rows() > 0)
+    pose.position = between_rows(o.positions, at.first, at.second, at.fraction);
+  if (o.axis_angles.rows() > 0) {
+    const Vec4 a = quaternion_from_rotation_vector(o.axis_angles.row(at.first).transpose());
+    const Vec4 b = quaternion_from_rotation_vector(o.axis_angles.row(at.second).transpose());
+    pose.orientation = at.fraction == 0.0 ? a : slerp(a, b, at.fraction);
+  }
+  return pose;
+}
+
 // Returns the current pose of an obstacle's mesh, or nullopt if the mesh is deformed.
 std::optional<RigidPose> present_pose(const Model& model, const State& state, int obstacle) {
   const Points& local = model.obstacles[obstacle].local;
@@ -50,23 +65,10 @@ void pin_targets(const Model& model, const State& state, double time, double sha
 
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share) {
-  RigidPose pose;
-  if (state.pose_override[obstacle]) {
-    const RigidPose end = {state.pose_position.row(obstacle), state.pose_orientation.row(obstacle)};
-    return share == 1.0 ? end
-                        : between(present_pose(model, state, obstacle).value_or(end), end, share);
-  }
-  const Obstacle& o = model.scene.obstacles[obstacle];
-  if (o.times.empty()) return pose;
-  const Keyframes at = keyframes_at(o.times, time);
-  if (o.positions.rows() > 0)
-    pose.position = between_rows(o.positions, at.first, at.second, at.fraction);
-  if (o.axis_angles.rows() > 0) {
-    const Vec4 a = quaternion_from_rotation_vector(o.axis_angles.row(at.first).transpose());
-    const Vec4 b = quaternion_from_rotation_vector(o.axis_angles.row(at.second).transpose());
-    pose.orientation = at.fraction == 0.0 ? a : slerp(a, b, at.fraction);
-  }
-  return pose;
+  if (!state.pose_override[obstacle]) return scripted_pose(model.scene.obstacles[obstacle], time);
+  const RigidPose end = {state.pose_position.row(obstacle), state.pose_orientation.row(obstacle)};
+  return share == 1.0 ? end
+                      : between(present_pose(model, state, obstacle).value_or(end), end, share);
 }
 
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
@@ -104,7 +106,7 @@ std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& stat
   std::vector<RigidObstacle> obstacles;
   for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
     const Obstacle& description = model.scene.obstacles[o];
-    const RigidPose pose = obstacle_pose(model, state, static_cast<int>(o), time, 1.0);
+    const RigidPose pose = scripted_pose(description, time);
     obstacles.push_back(
         {description.mesh, description.friction, pose.position, pose.orientation, Points(0, 3)});
     if (description.vertex_positions.rows() > 0)

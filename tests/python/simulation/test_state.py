@@ -139,6 +139,24 @@ def test_forces_pins_and_poses_are_tables_as_well(falling, euler):
     assert state.obstacle_vertices[81:, 2] == pytest.approx(-2.01)
 
 
+def test_a_pose_set_before_the_first_step_moves_bodies_in_the_same_way_after_a_restore(euler):
+    """The obstacle moves from its first pose to the set one, and pushes the box, in one step."""
+    box = ls.RigidBody(mesh=ls.meshes.box(size=(0.1,) * 3), shape="box", position=(0, 0, 0.05))
+    slab = ls.obstacles.mesh(ls.meshes.box(size=(1, 1, 0.1)).moved((0, 0, -0.05)))
+    scene = ls.Scene(bodies=[box], obstacles=[slab])
+    digests = []
+    for restored in (False, True):
+        sim = ls.Simulation(scene, integrator=euler, threads=1)
+        sim.set_obstacle_pose(0, (0.01, 0, 0.005))
+        if restored:
+            checkpoint = sim.checkpoint()
+            sim = ls.Simulation(scene, integrator=euler, threads=1)
+            sim.restore(checkpoint)
+        advance(sim, 5)
+        digests.append(sim.digest())
+    assert digests[0] == digests[1]
+
+
 def test_bodies_can_be_seen_but_only_bullet_moves_them(euler):
     body = ls.RigidBody(
         name="ball",
