@@ -121,8 +121,8 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
   return array;
 }
 
-// Converts an object to a vector of fixed length n. Throws InvalidInput if the shape of the object
-// is not (n,).
+// Converts an object to a vector of fixed length n. Throws InvalidInput if numbers() does, or if
+// the shape of the object is not (n,).
 template <class Fixed>
 Fixed as_vector(const py::object& object, const Argument& argument) {
   const auto array = numbers<double>(object, argument);
@@ -133,8 +133,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Converts an object to an (n x columns) array. Throws InvalidInput if the object has another
-// shape, or if `rows` >= 0 and n is not equal to `rows`. The message states the actual shape.
+// Converts an object to an (n x columns) array. Throws InvalidInput if numbers() does, if the
+// object has another shape, or if `rows` >= 0 and n is not equal to `rows`.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

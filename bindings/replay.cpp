@@ -17,7 +17,7 @@ using SurfaceTable = Eigen::Matrix<Index, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
 // Returns the surfaces that a table lists, one per row. The columns of the table are kind
 // (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices, first triangle,
-// number of triangles, and self-collision (0 or 1).
+// number of triangles, and self-collision (0 or 1). `thickness` has one entry for each row [m].
 std::vector<CollisionSurface> surfaces_of(const SurfaceTable& table, const Vector& thickness) {
   if (thickness.size() != table.rows())
     fail<InvalidInput>("thickness must have one entry for each of the {} surfaces, got {}",

@@ -48,7 +48,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
   float bias = 0.75 * texel;
   float deepest = 0.9999;   // less than the depth 1 of empty texels, which thus cast no shadow
 
-  const float softness = 0.11;   // penumbra radius / blocker distance (for a lamp of 12 degrees)
+  const float softness = 0.11;   // penumbra radius / blocker distance (lamp 12 degrees wide)
   float search = 0.022;
   float blockers = 0.0, depth_sum = 0.0;
   for (int i = 0; i < blocker_samples; ++i) {

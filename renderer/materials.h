@@ -1,4 +1,4 @@
-// Materials of the surfaces, made from their looks.
+// Materials of the surfaces, made from their looks (core/base/look.h).
 #pragma once
 
 #include <vector>

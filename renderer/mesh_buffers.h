@@ -25,9 +25,9 @@ struct DrawnMesh {
 // triangles differ in uv, but its copies share one normal.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
 // Returns the mesh of the bodies and obstacles, with one part for each. The parts of floors are
-// empty.
-// A vertex is split at edges whose two triangles, with their corners at `body_vertices` [m], have
-// normals that differ by more than `crease_degrees`, and where its triangles differ in uv.
+// empty. A vertex is split where its triangles differ in uv, and at sharp edges. An edge is sharp
+// if the normals of its two triangles differ by more than `crease_degrees` when the vertices are at
+// `body_vertices` [m].
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
@@ -40,7 +40,7 @@ Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 class MeshBuffers {
  public:
   MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges);
-  // `values` and `others` have one number per vertex of the frame, or are empty, which means zeros.
+  // `values` and `others` have one number per vertex of the frame. If they are empty, all are 0.
   void update(const Points& positions, const Vector& values, const Vector& others);
   Index n_parts() const { return static_cast<Index>(mesh_.first_of_part.size()) - 1; }
   void draw() const;

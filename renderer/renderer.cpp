@@ -145,7 +145,8 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
                  Vector());
 }
 
-// Returns for each cloth the middle of the range of columns that it covers [pixels].
+// Returns for each cloth the middle of the range of columns that it covers [pixels]. This is the
+// middle of the picture if no vertex of the cloth lies beyond the near clipping plane.
 std::vector<double> Renderer::Data::middles(const Frame& frame, const View& view) const {
   const std::size_t n = topology.cloth_names.size();
   std::vector<double> low(n, 1.0), high(n, -1.0);

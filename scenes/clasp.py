@@ -1,8 +1,8 @@
 """Magnets sewn into cloth: a magnetic clasp closes two curtains.
 
-Two curtains hang side by side and overlap. One has a magnet sewn to its back, the other to its
-front. The magnets attract each other, snap together with both cloths between them, and keep
-the curtains closed. Red is north and blue is south.
+Two curtains hang side by side and overlap. One has a magnet sewn to its back, and the other has one
+sewn to its front. The magnets attract each other, snap together with both cloths between them, and
+keep the curtains closed. Red is north and blue is south.
 """
 
 import loomstone as ls

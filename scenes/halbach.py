@@ -1,9 +1,9 @@
 """A Halbach array: a row of cubes whose magnetisation turns by 90 degrees from one cube to the
 next, so that the field is strong on one side of the row and weak on the other.
 
-Field lines are dense above the array and sparse below it. Two equal small magnets are
-released at the same distance above and below the array. The upper one turns and is pulled in before
-the lower one. There is no gravity. Red is north and blue is south.
+Field lines are dense above the array and sparse below it. Two equal small magnets are released at
+the same distance above and below the array. The upper one turns and is pulled in before the lower
+one. There is no gravity. Red is north and blue is south.
 """
 
 import loomstone as ls

@@ -30,8 +30,8 @@ RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
 def scene(
     voltage: float = 3.0, load: float = 0.0, polarization: float = 1.2, density: float = 3000.0
 ) -> ls.Scene:
-    """voltage: that of the source [V]; load: torque that opposes the rotation [N m]; density: that
-    of the rotor [kg/m^3].
+    """voltage: that of the source [V]; load: torque that opposes the rotation [N m]; polarization:
+    that of the poles [T]; density: that of the rotor [kg/m^3].
     """
     poles = [
         ls.obstacles.mesh(

@@ -1,9 +1,9 @@
 """A figure in a dress walks over two hurdles and up three stairs.
 
 The figure is a closed surface over a skeleton of 21 bones. It takes two steps per second. The balls
-of its feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3
-of [Thomaszewski2010] (figures 4.8 and 4.9) has about the same number of triangles, but a different
-figure, course and dress.
+of its feet stand still while they bear weight. The dress moves by asynchronous steps; the command
+below uses implicit ones instead. Example 4.3 of [Thomaszewski2010] (figures 4.8 and 4.9) has about
+the same number of triangles, but a different figure, course and dress.
 
     loomstone run scenes/obstacle_walk.py --integrator semi-implicit-euler --step 1e-3
 """

@@ -1,7 +1,7 @@
 """A cloth pinned at two corners is released from the horizontal and swings for four seconds.
 
 The cloth falls, swings through and swings back. The height that it reaches shows how much energy
-the integrator preserves. There is no damping, and collisions are off. Figure 4.1 of
+the integrator preserves. The material has no damping, and collisions are off. Figure 4.1 of
 [Thomaszewski2010] shows such a motion of a square sheet with an unstructured mesh.
 
     loomstone run scenes/swing.py --integrator implicit-midpoint

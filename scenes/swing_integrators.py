@@ -1,8 +1,8 @@
 """A square sheet of 2 m with an unstructured mesh swings from two corners, with any integrator.
 
-There is no damping unless `viscosity` is given, and collisions are off. Strain is limited to 10 %;
-asynchronous steps begin to limit it at 7.5 %. This is example 4.1 of [Thomaszewski2010] (figures
-4.1 and 4.6).
+The material has no damping unless `viscosity` is given, and collisions are off. Strain is limited
+to 10 %; asynchronous steps begin to limit it at 7.5 %. This is example 4.1 of [Thomaszewski2010]
+(figures 4.1 and 4.6).
 
     loomstone run scenes/swing_integrators.py --integrator symplectic-euler --step 2.5e-4
     python tests/benchmarks/integrators.py        # all integrators: pictures, times, energies

@@ -1,7 +1,7 @@
 """A pointed hat of felt falls on a floor, gives way, and recovers its shape.
 
-Triangles are smallest at the tip, where the hat is most curved. The largest one has 190 times the
-area of the smallest one. With asynchronous steps, only small triangles take small steps. Example
+Triangles are smallest at the tip, where the hat is most curved. The largest triangle has 190 times
+the area of the smallest. With asynchronous steps, only small triangles take small steps. Example
 4.2 of [Thomaszewski2010] (figure 4.7) has a different shape, but the same number of triangles, with
 similar areas.
 """

@@ -26,9 +26,9 @@ class SolverFailure : public Error {
   using Error::Error;
 };
 
-// A step failed, but a shorter one may succeed. Causes: no solution was found, the step is too long
-// to be stable, or the matrix of the solve is not finite or not positive definite. In shorter
-// steps, the mass dominates this matrix.
+// A step failed, but a shorter one may succeed. Causes: no solution was found, asynchronous steps
+// of triangles are unstable or would have to be too short, or the matrix of the solve is not finite
+// or not positive definite. In shorter steps, the mass dominates this matrix.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;

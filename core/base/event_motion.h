@@ -58,9 +58,9 @@ struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
   // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by loads,
-  // internal forces and, in a queue of events, limit impulses. The rows of other vertices are 0 or
-  // not used. At the start of an interval of nested steps, only half a kick acts, but the rows
-  // contain whole kicks.
+  // internal forces and, in a queue of events, impulses of strain limits. The rows of other
+  // vertices are 0 or not used. At the start of an interval of nested steps, only half a kick acts,
+  // but the rows contain whole kicks.
   const Points& kicks;
   // Times of nested steps [s]; core/integration/asynchronous/nested_steps.h explains their levels.
   // For each level, `step` is the time between consecutive events, and `ahead` is the time from now

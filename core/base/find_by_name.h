@@ -9,7 +9,7 @@
 namespace loomstone {
 
 // Returns the index of the description called `name`. If there is none, throws InvalidInput with a
-// list of the known names.
+// list of the known names. `where` is the name of the field in the message.
 template <class List>
 std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
   std::string known;

@@ -26,11 +26,11 @@ struct FrameTopology {
   std::vector<Index> body_of_vertex;        // (nb) index into body_names
   std::vector<std::string> body_names;      // rigid bodies first, then obstacles
   std::vector<std::uint8_t> body_is_floor;  // (bodies) 1: rendered as ground
-  // (nb) Magnetic polarity: positive on the north side and negative on the south side of a magnet,
-  // 0 away from magnets; see pole_at() in core/electrodynamics/magnetic_model.h. Empty without
-  // magnets.
+  // (nb) Magnetic polarity [1]: positive on the north side and negative on the south side of a
+  // magnet, 0 away from magnets; see pole_at() in core/electrodynamics/magnetic_model.h. Empty
+  // without magnets.
   std::vector<double> body_pole;
-  std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none has a look
+  std::vector<Look> cloth_looks, body_looks;  // (cloths) and (bodies); empty if none has a look
   // (3mb x 2) uv of each corner of body_triangles [m], zeros for bodies without a texture. Empty if
   // no body has a texture.
   Points2 body_corner_uv;
@@ -44,13 +44,15 @@ struct FrameTopology {
 struct Frame {
   double time = 0.0;  // [s]
   std::int64_t step = 0;
-  Points positions;                   // (n x 3) [m]
-  Points velocities;                  // (n x 3) [m/s]
-  Points strain;                      // (m x 3) Green strain: weft, warp, shear (E12) [1]
-  Vector stretch;                     // (m) largest principal stretch [1]
-  std::vector<std::uint8_t> contact;  // (n) 1: in contact, 2: on a triangle of StepOutcome::forced
-  Points body_vertices;               // (nb x 3) positions [m]
-  Vector coil_currents;               // (coils) [A]
+  Points positions;   // (n x 3) [m]
+  Points velocities;  // (n x 3) [m/s]
+  Points strain;      // (m x 3) Green strain: weft, warp, shear (E12) [1]
+  Vector stretch;     // (m) largest principal stretch [1]
+  // (n) 0: no contact, 1: in contact, 2: on an intersecting triangle (see StepOutcome::forced in
+  // core/sim/step/step_outcome.h).
+  std::vector<std::uint8_t> contact;
+  Points body_vertices;  // (nb x 3) positions [m]
+  Vector coil_currents;  // (coils) [A]
   StepReport report;
 };
 

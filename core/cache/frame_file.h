@@ -41,8 +41,8 @@ class FrameWriter {
 class FrameReader {
  public:
   // `path` is the directory of a run or the path of its run.vtkhdf. Throws CacheError if files are
-  // missing, damaged or not written by loomstone, if they belong to different runs, or if this
-  // build cannot read their format.
+  // missing or damaged, if they are not the files of one run of loomstone, or if this build cannot
+  // read their format.
   explicit FrameReader(const std::string& path);
   ~FrameReader();
   FrameReader(FrameReader&&) noexcept;

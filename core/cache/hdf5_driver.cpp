@@ -34,15 +34,15 @@ namespace {
 struct JournaledFile : H5FD_t {
   int descriptor = -1;
   bool writes = false;        // true: open for writing
-  bool discards = false;      // true: changes stay in `pending` and are lost at the end
+  bool discards = false;      // true: changes stay in `pending` and are never written
   haddr_t end_allocated = 0;  // HDF5's end of allocated space (EOA) [bytes]
   haddr_t length = 0;         // length of the file without a journal [bytes]
   haddr_t flushed = 0;        // value of `length` after the last flush [bytes]
-  // Bytes that are not written to the file yet. If the file is open for reading: metadata that has
-  // been read.
+  // Bytes that are not written to the file yet, including those of a journal. If the file is open
+  // for reading only, also metadata that has been read.
   PendingBytes pending;
-  // True: a flush has failed, and the file needs the journal at its end. The journal contains those
-  // bytes in `pending` that lie before `flushed`.
+  // True: the last flush, in this process or an earlier one, is incomplete, and the file needs the
+  // journal at its end. The journal contains those bytes in `pending` that lie before `flushed`.
   bool half_flushed = false;
 
   JournaledFile() : H5FD_t{} {}

@@ -39,7 +39,7 @@ hid_t file_creation() {
   return creation;
 }
 
-// Reads the headers and chunk indices of all datasets. The driver keeps them.
+// Reads the headers and chunk indices of all datasets. The driver keeps them in memory.
 void read_structure(hid_t file) {
   const auto visit = [](hid_t root, const char* name, const H5O_info_t* info, void*) -> herr_t {
     if (info->type != H5O_TYPE_DATASET) return 0;
@@ -84,7 +84,7 @@ Hdf5File& Hdf5File::operator=(Hdf5File&& other) noexcept {
 Hdf5File::~Hdf5File() {
   const Quiet quiet;
   if (file_ < 0) return;
-  // Changes since the last flush may be incomplete.
+  // Changes since the last flush may be incomplete, so they are discarded.
   if (shared_->unwritten) discard_changes(file_);
   H5Fclose(file_);
 }

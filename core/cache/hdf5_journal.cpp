@@ -65,7 +65,7 @@ PendingBytes parsed(std::span<const unsigned char> records) {
 
 }  // namespace
 
-// Returns the first range that ends beyond `address`.
+// Returns the first range that ends beyond `address`, or ranges_.end() if there is none.
 PendingBytes::Ranges::const_iterator PendingBytes::first_overlap(std::uint64_t address) const {
   auto range = ranges_.upper_bound(address);
   if (range != ranges_.begin()) {

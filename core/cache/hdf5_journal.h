@@ -12,7 +12,7 @@
 
 namespace loomstone {
 
-// Bytes that differ from those of a file, as ranges that do not overlap.
+// Bytes that take the place of bytes of a file, as ranges that do not overlap.
 class PendingBytes {
  public:
   bool empty() const { return ranges_.empty(); }

@@ -9,8 +9,8 @@
 
 namespace loomstone {
 
-// Writes the looks of all surfaces of a file to the new group `group`, or nothing if `looks` is
-// empty.
+// Writes the looks (core/base/look.h) of all surfaces of a file to the new group `group`. Writes
+// nothing if `looks` is empty.
 void write_looks(Hdf5File& file, const std::string& group, const std::vector<Look>& looks);
 // Reads the looks of n surfaces. Returns an empty vector if the file has none. Throws CacheError if
 // the file is damaged.

@@ -34,8 +34,8 @@ struct Air {
 
 // Returns the velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind
 // times (1 + gust * w), where w, between -1 and 1, is the sum of three travelling sine waves. If
-// the wind and the place are turned about the z axis, the returned velocity turns with them. The
-// waves are not taken from the literature.
+// the wind is not vertical, turning the wind and the place about the z axis turns the returned
+// velocity with them. The waves are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.

@@ -87,8 +87,8 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending, const 
   known_.at = energies_.at = unknown_;
 }
 
-// A batch of membrane elements or a bending element may read the corners of triangles that do not
-// touch the rows of this rank.
+// The result includes corners of triangles that do not touch the rows of this rank, because a batch
+// of membrane elements or a bending element may read such corners.
 std::vector<Index> Elasticity::other_rows_read(Range rows) const {
   std::vector<std::uint8_t> read(model_.n_vertices, 0);
   const auto read_corners = [&](Index triangle) {

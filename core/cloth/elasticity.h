@@ -139,9 +139,9 @@ class Elasticity {
     KnownPositions at;
     KnownForce membrane, bending;
   };
-  // Energies of blocks of triangles [J]; empty: not known. If elements are divided, a rank reuses
-  // only its own sums, because rows that only other ranks read may have changed. For bending, the
-  // sums of the cloths follow one another.
+  // Results of membrane_sums() and bending_sums() [J]; empty: not known. If elements are divided, a
+  // rank reuses only its own sums, because rows that only other ranks read may have changed. For
+  // bending, the sums of the cloths follow one another.
   struct KnownEnergies {
     KnownPositions at;
     std::vector<double> membrane, bending;

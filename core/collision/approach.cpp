@@ -81,9 +81,10 @@ struct ApproachSearch::PairTest {
     for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
     return p;
   }
-  // Returns true only if the vertex stays farther than thickness + added_reach() [m] from the plane
-  // of the face, or the parallel planes through the two edges stay farther apart than this
-  // distance, during the motion at faster_approach times the expected velocities.
+  // Returns true only if the vertex stays farther than thickness + added_reach(motion) [m] from the
+  // plane of the face, or the parallel planes through the two edges stay farther apart than this
+  // distance, during the motion at faster_approach times the expected velocities. added_reach() is
+  // the allowance for a change of velocity within the step.
   bool off_common_plane(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
     for (int s = 0; s < 2; ++s) {
@@ -115,8 +116,8 @@ struct ApproachSearch::PairTest {
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
   // Counts the pair as a candidate if its distance at the start is at most its thickness plus
-  // largest_loss() at the relative speed `speed` [m/s]. Adds a candidate to `found` unless it is
-  // culled or ignored. Returns the distance of the pair at the start [m].
+  // largest_loss() at the relative speed `speed` [m/s]. Adds a candidate to found.pairs unless it
+  // is culled (see ApproachSearch) or ignored by the tangle. Returns the distance at the start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double speed,
               Approach& found) const {
     const double thickness = contact_distance(model, pairs[pair.pair], pair.kind, v);

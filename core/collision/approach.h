@@ -28,7 +28,8 @@ struct ApproachingPair {
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, key)
-  std::int64_t candidates = 0;         // number of candidates, including those culled or ignored
+  // Number of candidates (see ApproachSearch), including those that are culled or ignored.
+  std::int64_t candidates = 0;
 };
 
 // Returns the sign (-1, 0 or 1) of the oriented volume that the four points span. The sign tells on
@@ -51,9 +52,9 @@ struct ExpectedMotion {
 // above the thickness along one of these directions: the line through the closest points at the
 // start, the normal of the face, or the common normal of the two edges. Two edges whose closest
 // points do not lie inside both edges are also culled if they cannot move by motion_to_cross()
-// relative to each other within the step. A pair is a contact if it is closer than its thickness at
-// the start. For edges, the closest points must also lie inside both edges, and neither surface may
-// be smooth.
+// (narrow_phase/crossing.h) relative to each other within the step. A pair is a contact if it is
+// closer than its thickness at the start. For edges, the closest points must also lie inside both
+// edges, and neither surface may be smooth (CollisionSurface::smooth).
 class ApproachSearch {
  public:
   // Certification uses the same `lists`. Pairs that are in the lists only because certification
@@ -81,7 +82,8 @@ class ApproachSearch {
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
   GatherRoom room_;
-  std::vector<double> thickness_;    // largest thickness of the surface pairs of each surface [m]
+  // For each surface, the largest thickness of the surface pairs that contain it [m].
+  std::vector<double> thickness_;
   std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
   Points x1_;                        // scratch: positions after a step at faster_approach * v0 [m]
 };

@@ -11,8 +11,8 @@ namespace loomstone {
 
 // Allowance for velocities that change within a step. Our choice: two features are assumed to
 // approach by no more than 1.5 times their speed of approach times the time, plus the smaller of
-// 0.3 m/s times the time and half of 120 m/s^2 times the square of the time. The two are equal
-// after 5 ms. Pairs that approach faster are left to certification.
+// 0.3 m/s times the time and half of 120 m/s^2 times the square of the time. These two terms are
+// equal after 5 ms. Pairs that approach faster are left to certification.
 inline constexpr double faster_approach = 1.5, added_approach = 0.3, added_acceleration = 120.0;
 
 // Returns the largest speed at which a corner of feature a approaches a corner of feature b along

@@ -1,6 +1,6 @@
-// Repeats the searches for collisions in a recorded motion. Their work is measured on one thread.
-// From these measurements, core/parallel/pool_replay.h predicts times on many ranks. perform()
-// measures times on actual ranks instead.
+// Repeats the searches for contacts and impacts in a recorded motion, and measures their work on
+// one thread. From these measurements, core/parallel/pool_replay.h predicts times on many ranks.
+// perform() measures times on actual ranks instead.
 #pragma once
 
 #include <memory>

@@ -29,7 +29,7 @@ namespace loomstone {
 // caches affect speed, not results. The ranks divide the search among themselves. Each of them
 // receives all impacts and, unless divide() has been called, all contacts. With the decomposition
 // "predicted", each rank keeps a part of the neighbour lists and tests their pairs. With the other
-// decompositions, the ranks traverse the trees of a SharedSearch.
+// decompositions, the ranks traverse the trees of a SharedSearch or, in approach(), of BroadPhase.
 class CollisionStage {
  public:
   // All decompositions give the same results.

@@ -19,7 +19,7 @@ struct FeatureIds {
 
 struct Collisions {
   FeatureIds pairs;  // in ascending order
-  // Lower bounds on the contact times, as fractions of the motion [1].
+  // For each entry of `pairs`, a lower bound on the contact time as a fraction of the motion [1].
   std::vector<double> vertex_face_time, edge_edge_time;
 
   // Returns the smallest lower bound on a contact time [1], or infinity if there is no collision.

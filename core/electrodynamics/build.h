@@ -13,9 +13,9 @@ void add_coils(const MagneticScene& scene, MagneticModel& model);
 void check_magnets(const MagneticModel& model, const CarrierPlaces& start);
 void check_coils(const MagneticModel& model, const CarrierPlaces& start);
 
-// The carrier of a magnet or coil, and the pose of the magnet or coil on it. `in_mesh` is this
-// pose in the frame of the carrier's mesh. find_stand() throws InvalidInput for an empty or unknown
-// name, and Unsupported if the carrier deforms.
+// The carrier of a magnet or coil, and the pose of the magnet or coil on it. find_stand() receives
+// this pose in the frame of the carrier's mesh (`in_mesh`). It throws InvalidInput if the name of
+// the carrier is empty or unknown, and Unsupported if the carrier deforms.
 struct Stand {
   Index carrier = 0;
   RigidPose local;  // relative to the body's centre of mass or the obstacle's origin

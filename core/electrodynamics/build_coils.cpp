@@ -77,8 +77,8 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
   }
 }
 
-// Throws InvalidInput for inductances (circuits x circuits) that are not positive definite. The
-// message states the inductances of the two most strongly coupled circuits.
+// Throws InvalidInput, because the matrix `inductances` (circuits x circuits) [H] is not positive
+// definite. The message states the inductances of the two most strongly coupled circuits.
 [[noreturn]] void refuse_inductances(const MagneticModel& model,
                                      const Eigen::MatrixXd& inductances) {
   Eigen::Index one = 0, other = 1;
@@ -99,9 +99,9 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
 }
 
 // Checks that the winding of coil j does not enter magnet k, which is a magnetisable body. If the
-// scene has circuits and the flux of the body through the coil matters (wants_flux()), also checks
-// that the body does not lie both in the bore and outside the winding, unless it is treated as a
-// point dipole.
+// scene has circuits and the flux of the body through the coil matters (CarriedCoil::wants_flux()),
+// also checks that the body does not lie both in the bore and outside the winding. The second check
+// is omitted for a sphere treated as a point dipole.
 void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::size_t j,
                  std::size_t k) {
   const CarriedCoil& wound = model.coils[j];

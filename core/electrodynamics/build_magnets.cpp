@@ -31,7 +31,8 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
 
 // Sets the data of a body that the field magnetises. A sphere is treated as a point dipole if its
 // solid harmonics have degree 1 or their degree is automatic (0), unless it can saturate or has an
-// explicit response. add_magnets() undoes this unless all magnetisable bodies are such spheres.
+// explicit response (Magnet::response). add_magnets() undoes this unless all magnetisable bodies
+// are such spheres.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";

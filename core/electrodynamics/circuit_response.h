@@ -31,7 +31,9 @@ struct CircuitResponse {
 // Wrenches and fluxes at one set of circuit currents.
 struct CircuitTrial {
   CarrierWrenches wrenches;
-  Vector flux;  // (coils) flux of magnetised bodies through each coil, 0 if not needed [Wb]
+  // (coils) Flux of magnetised bodies through each coil [Wb]; 0 where CarriedCoil::wants_flux() is
+  // false.
+  Vector flux;
 };
 
 // Determines the response. `circuits` contains the coil indices of the circuits. `amperes`

@@ -36,8 +36,8 @@ bool PlacedCoils::joined(Index a, Index b) const {
   return a == b || (rests(a) && rests(b));
 }
 
-// Adds the wrenches between a coil of one ampere and `other`, multiplied by `factor`, about the
-// centres of their carriers. Adds nothing if the carriers are joined().
+// Adds the wrenches between `coil`, which carries 1 A, and `other`, multiplied by `factor`, about
+// the reference points of their carriers. Adds nothing if the carriers are joined().
 void PlacedCoils::meet(const Part& coil, const Part& other, double factor,
                        CarrierWrenches& result) const {
   if (joined(coil.carrier, other.carrier)) return;

@@ -17,8 +17,9 @@ struct CoilForces {
   // circuit and a coil with given current is part of the entry of the circuit. The interaction of
   // two coils with given currents is part of the entry of the coil with the higher index.
   std::vector<CarrierWrenches> per_ampere;
-  // Interactions of pairs of circuits: those through magnetised bodies, and the direct ones. Direct
-  // interactions of two circuits on one carrier, or on obstacles at rest, are omitted.
+  // Interactions of circuits. Those through magnetised bodies include the action of a circuit on
+  // itself. Direct interactions of two circuits on one carrier, or on obstacles at rest, are
+  // omitted.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };
@@ -26,14 +27,14 @@ struct CoilForces {
 // Coils at given poses, and the forces on them.
 class PlacedCoils {
  public:
-  // `twists` is the motion of the obstacles. Forces within one carrier and between two obstacles at
-  // rest are not computed. `model` must outlive the object.
+  // `twists` is the motion of the obstacles. Forces within one carrier (a body or obstacle) and
+  // forces between two obstacles at rest are not computed. `model` must outlive the object.
   PlacedCoils(const MagneticModel& model, const CarrierPlaces& places, std::vector<Twist> twists);
 
   const std::vector<MagneticBody>& with_one_ampere() const { return coils_; }
 
-  // Returns the wrenches between `magnets`, in the order of the model, and coils that carry
-  // `currents` (coils) [A].
+  // Returns the wrenches between `magnets` (in the order of MagneticModel::magnets) and coils that
+  // carry `currents` (coils) [A].
   CarrierWrenches with_magnets(const std::vector<MagneticBody>& magnets,
                                const Vector& currents) const;
   // Returns the wrenches among coils that carry `currents` (coils) [A], plus the wrenches of the

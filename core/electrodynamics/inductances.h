@@ -12,9 +12,9 @@ namespace loomstone {
 
 struct Inductances {
   Eigen::MatrixXd own;  // self and mutual inductances (circuits x circuits) [H]
-  // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. They are
-  // multiplied by the change of the given current, so their part in air is set to 0 for coils
-  // without `times`, whose current is constant.
+  // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. Only their
+  // products with changes of the given currents are needed. For coils without Coil::times, whose
+  // current is constant, the part without magnetised bodies is therefore set to 0.
   Eigen::MatrixXd from_given;
 };
 

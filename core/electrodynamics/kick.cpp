@@ -32,8 +32,8 @@ struct CircuitSystem {
   // (circuits x circuits) c L / tau + R [ohm], with the symbols of kick.h. The factor c is 1 for
   // the columns of circuits marked in `at_end`, and 2 for other columns.
   Eigen::MatrixXd matrix;
-  // Currents at the start [A], source voltages [V], flux change due to given currents [V s],
-  // right-hand side [V].
+  // (circuits) Currents at the start [A], source voltages [V], flux changes due to given currents
+  // [V s], right-hand side [V].
   Vector before, voltages, induced, right;
 };
 
@@ -43,8 +43,9 @@ class Kick {
 
   // Advances the circuits and adds their wrenches to `wrenches`.
   void advance_circuits(CarrierWrenches& wrenches, CircuitState& circuits) const;
-  // Returns the power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by
-  // `wrenches` [W]. The power is per ampere [W/A] if `felt` is.
+  // Returns the power of the wrenches `felt` on bodies [W], or the power per ampere [W/A] if `felt`
+  // contains wrenches per ampere. The velocities of the bodies are those of middle() in a kick by
+  // `wrenches`.
   double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
   // Returns the rotation of a body in a bearing during a kick by `wrench`. Turning::spin is the
   // angular velocity at the midpoint, or at the end if friction is strong; see kick.h.

@@ -41,8 +41,8 @@ struct Actions {
   // Wrenches of the magnets on each other and of the uniform field on the magnets. Induced magnets
   // have the moments that they would have without circuit currents.
   CarrierWrenches magnets;
-  // Part of `magnets` that is due to magnetisation by given currents, or empty. The sources of
-  // these currents supply the work of this part.
+  // Part of `magnets` that is due to magnetisation by given currents; empty if given currents
+  // magnetise no bodies. The sources of these currents supply the work of this part.
   CarrierWrenches magnetised;
   CoilForces coils;
   Inductances inductances;

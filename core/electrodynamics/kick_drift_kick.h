@@ -45,7 +45,7 @@ struct ContactAnswer {
 void end_impulses(const MagneticModel& model, const BodyImpulses& impulses,
                   const ContactAnswer& answer, MovingBodies& bodies);
 // Further inputs of answer_contacts(): the impulses at the start of this sub-step, which the
-// velocities and momenta already contain, the impulses at its end, and the positions of the
+// velocities and momenta already contain, the impulses at its end, and the places of the
 // obstacles at its end. The impulses at the start are zero except in the first sub-step of a step,
 // and those at the end are zero except in the last.
 struct SubstepConditions {
@@ -90,21 +90,22 @@ class Substeps {
   double length() const { return step_ / parts_; }  // [s]
   // Halves the length of the remaining sub-steps until they resolve the angular frequency [rad/s].
   // From the second call on, length times frequency may exceed the limit by up to a third. Throws
-  // SolverFailure if too many sub-steps are needed or the frequency is not finite.
+  // SolverFailure if more than 4,096 sub-steps per step are needed or the frequency is not finite.
   void resolve(double frequency);
   // Largest rate of relative motion that the remaining sub-steps resolve [1/s].
   double resolved_motion() const { return most_ / length(); }
   // Halves the length of the remaining sub-steps until they resolve the rate of relative motion
-  // [1/s], or until there would be too many of them.
+  // [1/s], but makes no more than 4,096 sub-steps per step.
   void follow(double motion_rate);
   // Halves the length of the remaining sub-steps. Returns false, without effect, if there would be
-  // too many.
+  // more than 4,096 sub-steps per step.
   bool halve();
   void pass() { ++place_; }
 
  private:
   double step_, most_, limit_;
-  int parts_ = 1, place_ = 0;  // place_: elapsed time in sub-steps of the present length
+  // parts_: sub-steps of the present length per step; place_: how many of them have elapsed.
+  int parts_ = 1, place_ = 0;
 };
 
 }  // namespace loomstone

@@ -37,7 +37,8 @@ struct MagneticScene {
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
   double tolerance = 1e-4;      // tolerated force error, relative to the largest force [1]
-  // Limit of sub-step length times angular frequency, and times rate of relative motion [1].
+  // Limit of sub-step length times angular frequency, and of sub-step length times rate of relative
+  // motion [1].
   double substep = 0.15;
 };
 
@@ -47,7 +48,7 @@ struct CarriedMagnet {
   double radius = 0.0, polarizability = 0.0;  // [m], [A m^2/T]; induced spheres only
   SoftShapePtr soft;        // shape of an induced body; null: a point dipole or a hard magnet
   double saturation = 0.0;  // saturation polarization of `soft` [T]; 0: none
-  Points cells;             // positions of the cells of an explicit response [m]
+  Points cells;             // (n x 3) cells [m] of an explicit response (Magnet::response)
   // Pose in mesh axes. It is relative to the centre of mass if the carrier is a body, and to the
   // origin of the mesh if it is an obstacle.
   RigidPose local;

@@ -19,7 +19,7 @@ namespace loomstone {
 struct MagneticStep {
   double start = 0.0, length = 0.0;  // [s]
   const BodyImpulses &at_start, &at_end;
-  const ObstaclePlaces &obstacles, &moved_obstacles;  // positions at the start and at the end
+  const ObstaclePlaces &obstacles, &moved_obstacles;  // at the start and at the end
 };
 
 // Cost and error of a step, and the work of obstacles in it.

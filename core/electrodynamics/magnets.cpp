@@ -57,7 +57,7 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
 }
 
 // Magnetises the induced magnets, none of which may be treated as a point dipole. Bodies with
-// explicit response do not contribute to the magnetisation of others.
+// explicit response (Magnet::response) do not contribute to the magnetisation of others.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {
   std::vector<MagneticBody>& magnets = magnetised.magnets;

@@ -12,7 +12,8 @@ struct OwnKick {
   Vec3 push, twist;      // [N s], [N m s]
 };
 
-// Mass and centre of mass of a group at given poses, and the inertia about this centre.
+// Mass [kg] and centre of mass [m] of a group at given poses, and inertia about this centre
+// [kg m^2].
 struct GroupMass {
   double mass = 0.0;
   Vec3 centre = Vec3::Zero();
@@ -36,8 +37,8 @@ GroupMass group_mass(const MagneticModel& model, const PressedGroup& group,
   return whole;
 }
 
-// Returns the rotation of a group in the sub-step. Bodies that only spin in place do not turn it,
-// except about the line through their centres if they all lie on one line.
+// Returns the rotation of a group in the sub-step. Bodies that only spin in place do not turn the
+// group. If all their centres lie on one line, however, their spins do turn it about this line.
 Mat3 turn_of(const MagneticModel& model, const KickedSubstep& substep, const PressedGroup& group,
              const std::vector<OwnKick>& kicks) {
   constexpr double share_of_spins = 1e-6;
@@ -78,8 +79,8 @@ std::vector<OwnKick> own_kicks(const MagneticModel& model, const KickedSubstep& 
   return kicks;
 }
 
-// Adds a rigid motion to the kicks of a free group, so that its momenta change as much as those of
-// bodies without contacts.
+// Adds a rigid motion to the kicks of a group for which PressedGroup::on_obstacle is false, so that
+// the momenta of the group change as much as those of bodies without contacts.
 void keep_momenta(const MagneticModel& model, const KickedSubstep& substep,
                   const PressedGroup& group, const RigidState& now, std::vector<OwnKick>& kicks) {
   const GroupMass whole = group_mass(model, group, now);

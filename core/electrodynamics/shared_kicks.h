@@ -6,13 +6,14 @@
 // them. In a group of such bodies, the wrenches at the start therefore turn with the group before
 // the difference is taken.
 //
-// Where obstacles or bearings hold magnets or coils, these pull the group, too, and their forces do
-// not turn with it. In such scenes, all bodies keep the plain difference.
+// Magnets and coils on obstacles or on bodies in bearings pull the group, too, and their forces do
+// not turn with it. In scenes with such magnets or coils, all bodies keep the plain difference.
 //
-// A group that touches no obstacle receives a rigid motion in addition. It makes the linear and
-// angular momenta of the group change as much as those of bodies without contacts. RigidWorld alone
-// changes the angular momentum, because it moves overlapping bodies apart and applies the impulses
-// of a contact to points of the two bodies that differ by the gap.
+// A group receives a rigid motion in addition, unless it presses on an obstacle or on a body in a
+// bearing. This motion makes the linear and angular momenta of the group change as much as those of
+// bodies without contacts. RigidWorld alone would change the angular momentum, because it moves
+// overlapping bodies apart and applies the impulses of a contact to points of the two bodies that
+// differ by the gap.
 #pragma once
 
 #include "core/electrodynamics/kick_drift_kick.h"
@@ -26,7 +27,8 @@ struct KickedSubstep {
   const CarrierWrenches &first, &second;  // wrenches at the start and end
   const ContactAnswer& answer;
 };
-// Sets the velocities and momenta of the bodies in groups to those after the kicks.
+// Sets the velocities and angular momenta of the bodies in PressedGroups to those after the kicks.
+// Does nothing if an obstacle or a body in a bearing carries a magnet or coil.
 void share_kicks(const MagneticModel& model, const KickedSubstep& substep, MovingBodies& bodies);
 
 }  // namespace loomstone

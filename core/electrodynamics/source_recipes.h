@@ -9,7 +9,8 @@ namespace loomstone {
 
 bool operator==(const SourceRecipe& a, const SourceRecipe& b);
 
-// make_source() and make_soft_shape() throw InvalidInput if the recipe is unknown or incomplete.
+// make_source() and make_soft_shape() throw InvalidInput if the recipe is unknown, is incomplete or
+// has an invalid value.
 SourcePtr make_source(const SourceRecipe& recipe);
 SoftShapePtr make_soft_shape(const Team& team, const SourceRecipe& recipe);
 

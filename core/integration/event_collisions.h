@@ -12,8 +12,8 @@ namespace loomstone {
 class EventCollisions {
  public:
   virtual ~EventCollisions() = default;
-  // Begins or repeats a step that is divided into n_ticks ticks. n_ticks is 0 if a queue orders the
-  // events.
+  // Begins or repeats a step that is divided into n_ticks ticks of equal length. n_ticks is 0 if a
+  // queue orders the events.
   virtual void begin(Index n_ticks) = 0;
   // Changes the velocities of vertices and bodies that collide at the start of a tick. If
   // EventMotion::ahead() of a vertex is not 0, its stored position belongs to another time, so a
@@ -21,7 +21,7 @@ class EventCollisions {
   // the same way.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
   // Does the same as act() in an event of a queue, but only for pairs of features that contain a
-  // free vertex of `vertices`.
+  // vertex of `vertices`. Prescribed vertices in this list are ignored.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

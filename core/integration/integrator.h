@@ -38,8 +38,8 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 using ForcesAfter = std::function<double(const Points& displacement, double time, bool keep_normal,
                                          ExtraTerms& terms)>;
 
-// The b rigid bodies that the integrator moves within the step. It ignores their contacts with each
-// other and with obstacles.
+// The b rigid bodies that the integrator moves within the step. The integrator ignores contacts of
+// the bodies with each other and with obstacles.
 struct BodiesOfStep {
   const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
   // (2 b x 3) velocities at the start, before the impulses of any loads [m/s, rad/s]

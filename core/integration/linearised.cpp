@@ -23,14 +23,14 @@ namespace loomstone {
 
 namespace {
 
-// If the relative error of contact forces is below `force_tolerance`, those of the first solve are
-// kept. If the error of friction is below `force_tolerance_again`, the friction of a later solve is
-// kept. Our choice. In a landing, the normal forces of the first solve can be three times as large
-// as those of the second one. With `most_solves` = 2, sheets that land on a floor have up to 3.4
-// times the friction of Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a
-// floor stops in a single step. With `force_tolerance` = 0.1, a sheet on an incline that is 6 %
-// steeper than friction can hold starts half a second late. With `force_tolerance_again` = 0.5, a
-// disc that turns with a turntable creeps on it.
+// If the relative error of contact forces (ContactError::relative()) is below `force_tolerance`,
+// the forces of the first solve are kept. If it is below `force_tolerance_again`, those of a later
+// solve are kept. Our choice. In a landing, the normal forces of the first solve can be three times
+// as large as those of the second one. With `most_solves` = 2, sheets that land on a floor have up
+// to 3.4 times the friction of Coulomb's law. With `most_solves` = 5, a light stiff sheet that
+// slides on a floor stops in a single step. With `force_tolerance` = 0.1, a sheet on an incline
+// that is 6 % steeper than friction can hold starts half a second late. With
+// `force_tolerance_again` = 0.5, a disc that turns with a turntable creeps on it.
 constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
 // Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
@@ -162,7 +162,7 @@ class LinearisedIntegrator final : public Integrator {
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
     // With contacts, the change of velocity in the last step is not used as a warm start. Our
-    // choice: its residual is nearly always larger than that of a zero guess.
+    // choice: the residual of this guess is nearly always larger than that of a zero guess.
     const bool warm = !step.asks_forces() && step.has_change;
     const double scale = state.change_scale(step.inputs.step);
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
@@ -222,10 +222,10 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Returns the motion whose neglected strain (1/2 dF^T dF) the geometric stiffness omits. The
-  // stress in the geometric stiffness is then that of the linear model of the last step: at the
-  // middle of the last step for midpoint, and at its end otherwise. Stress from the neglected
-  // strain would resist rotation.
+  // Returns the motion whose neglected strain (1/2 dF^T dF) the geometric stiffness omits, or an
+  // empty PastMotion if nothing is omitted. The stress in the geometric stiffness is then that of
+  // the linear model of the last step: at the middle of the last step for midpoint, and at its end
+  // otherwise. Stress from the neglected strain would resist rotation.
   PastMotion past_motion(const ClothState& state, Scheme scheme) {
     if (!corrects_stress_) return {};
     if (scheme_ == Scheme::BackwardEuler) {
@@ -244,8 +244,9 @@ class LinearisedIntegrator final : public Integrator {
 
   // Solves for dv. With contacts, a first solve to a loose tolerance predicts their motion, which
   // gives the contact forces of the second solve. If the forces of the first solve were accurate
-  // enough, the first solution is only refined to the full tolerance. If the friction of a later
-  // solve was far too large or too small for its normal forces, another solve corrects it.
+  // enough, the first solution is only refined to the full tolerance. If friction in a later solve
+  // was far too large or too small for the normal forces, or if contacts pulled far more than
+  // others pushed, another solve corrects this.
   Solution solve_with_contacts(const Step& step) {
     const bool asks = step.asks_forces();
     const double tolerance = step.inputs.tolerance_factor * tolerance_;

@@ -20,16 +20,16 @@ namespace {
 
 // Friction limits are updated when the residual has fallen to the fraction `roughly_known` of its
 // initial value or to the tolerance, whichever is larger. If the residual after an update exceeds
-// `limit_tolerance` times its scale (see iterate_to_tolerance()), another update follows at the
-// tolerance, up to `most_updates` in all.
+// `limit_tolerance` times its scale (see iterate_to_tolerance()), another update follows when the
+// residual has fallen to the tolerance. There are at most `most_updates` updates.
 constexpr double roughly_known = 0.1, limit_tolerance = 0.02;
 constexpr int most_updates = 8;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
 // A residual that no Newton step lowers is accepted if both the residual and `default_tolerance`
-// times its scale are at most `rounding_tolerance` times its rounding error. Our choice: residuals
-// that no Newton step lowers are one to three times the rounding error.
+// times its scale (see iterate_to_tolerance()) are at most `rounding_tolerance` times its rounding
+// error. Our choice: residuals that no Newton step lowers are one to three times this error.
 constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {
@@ -220,7 +220,8 @@ class NewtonIntegrator final : public Integrator {
     }
   }
 
-  // Throws NewtonFailure for the free vertex with the largest residual in the metric of norm().
+  // Throws NewtonFailure for the vertex that has the largest residual, in the metric of norm(),
+  // among those that are not prescribed.
   [[noreturn]] void give_up(const char* how, const Step& step, const IntegrationReport& report) {
     step.layout.gather(now_.residual.data(), 3);
     Index worst = 0;
@@ -325,7 +326,7 @@ class NewtonIntegrator final : public Integrator {
 
   // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), with symbols as at the top of this file
   // and the energy psi of cloth and terms. With c = 1 (backward Euler) or 4 (midpoint), its
-  // gradient is r if there are no viscous forces. Collective.
+  // gradient with respect to v+ is r if there are no viscous forces. Collective.
   double potential(const Step& step, Iterate& it) {
     if (!std::isnan(it.potential)) return it.potential;
     const Index n = step.n;

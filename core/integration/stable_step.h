@@ -8,10 +8,10 @@
 namespace loomstone {
 
 // Returns an estimate of the longest step [s] at which symplectic Euler is stable for small motions
-// about x (n x 3) [m]; infinite if stiffness and damping are zero. An oscillator with stiffness k
-// and damping d, both divided by its mass, is stable if h^2 k + 2 h d < 4. The estimate uses the
-// largest eigenvalues k and d of all cloth. `elasticity` must store all elements of `model`, with
-// BendingTreatment::Explicit.
+// about x (n x 3) [m]; infinite without cloth, or if stiffness and damping are zero. An oscillator
+// with stiffness k and damping d, both divided by its mass, is stable at steps h with
+// h^2 k + 2 h d < 4. The estimate uses the largest eigenvalues k and d of all cloth. `elasticity`
+// must store all elements of `model`, with BendingTreatment::Explicit.
 double stable_step(Elasticity& elasticity, const ClothModel& model, const Points& x);
 
 // Estimates, for each triangle of this rank, the tangent stiffness of the stretched membrane

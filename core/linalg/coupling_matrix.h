@@ -25,8 +25,8 @@ class CouplingMatrix {
   void resize(const SlicedEllpack& slices);
   // Copies the off-diagonal blocks of the slices [first, last), and computes the sums R of the rows
   // of these slices. `body_blocks` contains the diagonal blocks of the body rows, which follow the
-  // rows of the matrix. `matrix` may be null if all rows are body rows, and `body_blocks` if none
-  // are.
+  // rows of the matrix. `matrix` may be null if all rows are body rows, and `body_blocks` may be
+  // null if there are no body rows.
   void set_slices(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
                   const SlicedEllpack& slices, Index first, Index last);
 

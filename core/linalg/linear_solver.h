@@ -112,7 +112,8 @@ class LinearSolver {
   // rows. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
   // of system, b and x disagree, Unsupported on several ranks if the method runs only on one,
   // StepFailure if the matrix is not positive definite or not finite, and a SolverFailure that is
-  // no StepFailure if b or the guess is not finite or memory runs out.
+  // no StepFailure if b or a prescribed value is not finite or memory runs out. Iterative solvers
+  // replace an initial guess that is not finite by zero.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const RowsIn& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

@@ -28,10 +28,10 @@ namespace loomstone {
 
 namespace {
 
-// In single precision, the true residual is computed at the latest when the iterated residual has
-// fallen to this fraction of its value at the start of the round (iterate_to_tolerance()). The
-// fraction is not tuned, because it ends no round at the default tolerance. It affects the number
-// of matrix products but not the accuracy.
+// In single precision, the true residual is computed at the latest when the iterated residual (see
+// the top of this file) has fallen to this fraction of its value at the start of the round
+// (iterate_to_tolerance()). The fraction is not tuned, because it ends no round at the default
+// tolerance. It affects the number of matrix products but not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
 // Sets the inner and outer blocks. A block is outer if terms act on one of its rows or if one of
@@ -223,8 +223,8 @@ class Pcg final : public LinearSolver {
     bool in_double = false;
     while (norm > goal && report.iterations < options_.max_iterations) {
       const double before = norm;
-      // In single precision, aim slightly below the goal, so that drift of the iterated residual
-      // does not require another round.
+      // In single precision, aim slightly below the goal, so that a small difference between the
+      // iterated and the true residual does not require another round.
       const double reach = in_double ? goal : std::max(0.97 * goal, trusted_fall * norm);
       const StoppingRule stop{reach, options_.max_iterations};
       const double iterated = in_double ? iterate(solve, m.wide, how, stop, report.iterations)

@@ -19,8 +19,8 @@ struct StoppingRule {
 
 // Iterates with r and p scaled by 1 / b_norm, so that the magnitude of b causes neither underflow
 // nor overflow in single precision. Adds the steps to x and their number to `iterations`. Returns
-// the norm of the iterated residual. If p . A p is not finite or not positive, stops early in
-// single precision and throws StepFailure in double precision. Collective.
+// the norm of the iterated residual (see StoppingRule). If p . A p is not finite or not positive,
+// stops early in single precision and throws StepFailure in double precision. Collective.
 template <class Scalar>
 double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRule& stop,
                int& iterations);

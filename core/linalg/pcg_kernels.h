@@ -1,8 +1,8 @@
-// Vector kernels of conjugate gradients in single and double precision, for eight rows at once.
-// Directions p and solutions x have four numbers per row; the fourth is zero. Residuals r, z = D^-1
-// r and products q have the shape (slices x 3 x 8). Inverse diagonal blocks D^-1 have the shape
-// (slices x 6 x 8), with the entries 00 01 02 11 12 22. Dot products are accumulated in double
-// precision.
+// Vector kernels of conjugate gradients in single and double precision, for a slice of eight rows
+// (sliced_ellpack.h) at once. Directions p and solutions x have four numbers per row; the fourth is
+// zero. Residuals r, z = D^-1 r and products q have the shape (slices x 3 x 8). Inverse diagonal
+// blocks D^-1 have the shape (slices x 6 x 8), with the entries 00 01 02 11 12 22. Dot products are
+// accumulated in double precision.
 #pragma once
 
 #include "core/base/types.h"

@@ -15,7 +15,8 @@
 
 namespace loomstone {
 
-// Offset of a row in vectors with four numbers per row, and of a slice in vectors stored by slices.
+// Offset of a row in vectors with four numbers per row, and of a slice in vectors stored by slices
+// of eight rows (sliced_ellpack.h).
 inline std::size_t row_at(Index row) { return 4 * static_cast<std::size_t>(row); }
 inline std::size_t slice_at(Index slice) { return 24 * static_cast<std::size_t>(slice); }
 

@@ -24,8 +24,8 @@ class SpatialQuery {
   SpatialQuery& operator=(SpatialQuery&&) noexcept;
 
   void refit(const Points& vertices);  // sets new vertex positions
-  // Returns the closest point within `radius` [m]. If several triangles are equally close, returns
-  // the point on the one with the smallest index.
+  // Returns the closest point within `radius` [m], or a result with triangle -1 if there is none.
+  // If several triangles are equally close, returns the point on the one with the smallest index.
   ClosestPoint closest(const Vec3& point, double radius) const;
   // Returns whether the point is inside the surface: on the side of the closest feature that is
   // opposite to the feature's pseudo-normal. The surface must be closed.

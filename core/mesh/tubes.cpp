@@ -1,6 +1,6 @@
 // Surfaces built from rings of vertices: capsule, cylinder, wavy bar and funnel. Adjacent rings are
-// joined along the shorter diagonals. Every other ring is rotated by half a segment, which improves
-// the shapes of the triangles. The rings of the cylinder are not rotated, because it is a prism.
+// joined along the shorter diagonals. Every other ring is rotated by half a segment to improve the
+// shapes of the triangles. The rings of the cylinder are not rotated, because it is a prism.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -21,7 +21,7 @@ struct Ring {
 };
 
 // Adds the vertices of a ring, rotated by half a segment if `turned`. Returns the index of the
-// first one.
+// first of these vertices.
 Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   const Index first = static_cast<Index>(builder.vertices.size());
   for (Index k = 0; k < ring.n; ++k) {

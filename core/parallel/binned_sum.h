@@ -1,6 +1,6 @@
 // Sum whose bits do not depend on the order in which numbers are added [Ahrens2020]. Numbers are
-// split at fixed powers of 2^32. The parts of each power are added as integers, which is exact, and
-// only the four highest powers are kept. Ranks can therefore add their sums in any order.
+// split at fixed powers of 2^32. The parts of each power are added exactly, as integers, and only
+// the four highest powers are kept. Ranks can therefore add their sums in any order.
 #pragma once
 
 #include <array>

@@ -73,7 +73,7 @@ class MpiWatch::Thread {
     std::array<char, host_length> host{};
     gethostname(host.data(), host_length - 1);
     MPI_Allgather(host.data(), host_length, MPI_CHAR, hosts_.data(), host_length, MPI_CHAR, comm_);
-    // MPI_Finalize first deletes the attributes of MPI_COMM_SELF, which calls
+    // MPI_Finalize first deletes the attributes of MPI_COMM_SELF. This deletion calls
     // stop_before_finalize(). No thread may call MPI once MPI is finalised.
     MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, stop_before_finalize, &key_, nullptr);
     MPI_Comm_set_attr(MPI_COMM_SELF, key_, this);

@@ -12,18 +12,18 @@ namespace loomstone {
 
 namespace {
 
-// Polling time if LOOMSTONE_MPI_SPIN is not set. Our choice, meant to exceed the waits within a
-// linear solve if each rank has its own processor.
+// Polling time if LOOMSTONE_MPI_SPIN is not set [us]. Our choice, meant to exceed the waits within
+// a linear solve if each rank has its own processor.
 constexpr WaitTime default_polling{100.0};
-// Our choice: waking up takes tens of microseconds, so shorter sleeps would save little processor
-// time.
+// Shortest sleep [us]. Our choice: waking up takes tens of microseconds, so shorter sleeps would
+// save little processor time.
 constexpr WaitTime shortest_sleep{20.0};
-// Our choice: with sleeps of this length, a long wait, for example for a file of another rank,
-// takes little processor time.
+// Longest sleep [us]. Our choice: with sleeps of this length, a long wait, for example for a file
+// of another rank, takes little processor time.
 constexpr WaitTime longest_sleep{200.0};
 constexpr double sleep_share = 0.25;  // length of a sleep, as a fraction of the time waited
-// If ranks share processors, a thread yields for at most this time before it sleeps. Our choice,
-// meant to exceed the waits for the next message of a linear solve.
+// If ranks share processors, a thread yields for at most this time before it sleeps [us]. Our
+// choice, meant to exceed the waits for the next message of a linear solve.
 constexpr WaitTime longest_yielding{1000.0};
 
 std::atomic<bool> processors_are_shared = false;

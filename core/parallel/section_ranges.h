@@ -28,7 +28,7 @@ SectionRanges section_ranges(const std::vector<float>& costs, const SectionStart
 
 // Returns the imbalance of ranges [1]: A / B. A is the sum, over all groups of sections that are
 // cut together, of the cost of the most expensive range of the group. B is the mean cost per rank.
-// The imbalance of equally expensive ranges is 1.
+// The imbalance is 1 if all ranges of a group cost the same, and also without ranges or costs.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

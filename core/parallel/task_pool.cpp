@@ -34,8 +34,8 @@ struct Header {
   PoolMessage kind;
   std::int32_t round;
   std::int32_t from, wave;
-  std::int64_t sent,
-      received;  // tasks sent and received by a subtree of ranks (PoolMessage::Counts)
+  // In messages of the kind Counts: tasks that a rank and those below it have sent and received.
+  std::int64_t sent, received;
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.

@@ -22,9 +22,10 @@ namespace loomstone {
 // 5 cm, so the box of a small body could overlap hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
-// its pose at the end (a facet: the velocity of its best-fit rigid motion). These velocities are
-// set explicitly. Bullet would compute them from pose differences with an arc cosine, which
-// amplifies rounding errors to a rotation of 1e-8 rad per step.
+// its pose at the end. A facet (a triangle of a deforming obstacle, facets.h) has the velocity of
+// its best-fit rigid motion. These velocities are set explicitly. Bullet would compute them from
+// pose differences with an arc cosine, which amplifies rounding errors to a rotation of 1e-8 rad
+// per step.
 //
 // Restitution excludes the kicks of the step, as it excludes gravity: forces that press two bodies
 // together do not make them bounce. A body bounces in the step in which it reaches the other body,

@@ -13,7 +13,7 @@
 namespace loomstone {
 
 // The shapes of a body. If a shape is a box, or a hull with at most most_vertices_on_triangles
-// vertices, its user pointer (getUserPointer) refers to its ConvexPolyhedron.
+// vertices (shape_geometry.h), its user pointer (getUserPointer) refers to its ConvexPolyhedron.
 struct Shapes {
   std::vector<std::unique_ptr<btCollisionShape>> all;  // last: shape of the whole body
   std::vector<std::unique_ptr<ConvexPolyhedron>> polyhedra;

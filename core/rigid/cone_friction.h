@@ -11,8 +11,8 @@ namespace loomstone {
 // velocity at the start of the step and the perpendicular one. If other contacts turn the sliding
 // velocity, friction along the second direction would oppose this turn, with up to the same force.
 // A body that slides and spins would then keep the ratio of the two motions. This solver bounds the
-// length of the friction impulse instead, so friction opposes the sliding velocity of its own
-// contact, apart from the change of its direction within a step.
+// length of the friction impulse instead. Friction then opposes the sliding velocity of its own
+// contact, apart from changes in the direction of this velocity within a step.
 class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
  protected:
   void convertContacts(btPersistentManifold** manifolds, int n_manifolds,

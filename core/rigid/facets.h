@@ -1,5 +1,5 @@
-// Deforming obstacles. Each triangle is a separate Bullet body, so that a body that rests on it is
-// carried along with the local surface velocity.
+// Facets: the triangles of deforming obstacles. Each facet is a separate Bullet body, so that a
+// body that rests on it is carried along at the local velocity of the surface.
 #pragma once
 
 #include <array>

@@ -54,7 +54,7 @@ class Collect : public btTriangleCallback {
 };
 
 // Collision algorithm for a hull against a mesh or a triangle. The hull may be part of a body. A
-// fast hull has contacts before it touches, so that it stops at the surface.
+// fast hull gets contacts before it touches the other object, so that it stops at the surface.
 class HullAlgorithm : public btCollisionAlgorithm {
  public:
   HullAlgorithm(const btCollisionAlgorithmConstructionInfo& info,

@@ -11,8 +11,8 @@ namespace loomstone {
 // would sink into each other or pass through each other. If two fast bodies have no contact, but
 // overlap during the step or at its end, this algorithm creates the contacts of the first such
 // overlap, with the gaps at the start of the step. Overlaps are searched for at the ends of equal
-// parts of the step, in which the bodies move by at most the smaller of their inner radii (at most
-// 32 parts).
+// parts of the step. In a part, the bodies move relative to each other by at most the smaller of
+// their inner radii (step_motion.h), unless this would need more than 32 parts.
 class PairAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

@@ -87,7 +87,8 @@ struct RigidState {
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4)
   Points velocities;                                                       // (b x 3) [m/s]
   Points angular_velocities;                                               // (b x 3) [rad/s]
-  std::vector<unsigned char> manifolds;  // serialised contacts and obstacle positions for restore()
+  // Serialised contacts and obstacle positions for RigidWorld::restore().
+  std::vector<unsigned char> manifolds;
 };
 
 // Impulses [N s] and angular impulses [N m s] on all bodies (b x 3 each).
@@ -202,7 +203,8 @@ class RigidWorld {
   // the smaller of the two objects in contact.
   std::vector<std::uint8_t> touching() const;
   // Returns the pairs of bodies and obstacles that pressed on each other in the last step. Indices
-  // from the number of bodies on are obstacles or their facets.
+  // from the number of bodies on are obstacles of constant shape, then the triangles of deforming
+  // obstacles.
   std::vector<std::array<int, 2>> pressed() const;
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.

@@ -196,8 +196,8 @@ std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const R
 // Sets the orientations of bodies that nothing has touched to those of their free motion, where
 // these are known (FreeMotion::orientation). If a body that spins fast was touched, its change of
 // angular velocity, which Bullet has computed for the orientation at the start, turns with the
-// body. In Bullet's own orientation, a slender body would have another energy with the same angular
-// velocity.
+// body. In the orientation that Bullet computes, the same angular velocity would give a slender
+// body a different energy.
 void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, double step,
                                       RigidState& state) {
   constexpr double fast = 1e-2;  // turn in a step [rad]

@@ -14,7 +14,7 @@ struct BallContact {
   int point;
   btVector3 normal, on_other;  // the normal points to the sphere
   btScalar gap;                // 0 for overlaps [m]
-  btVector3 other_motion;      // of the other object at the contact [m]
+  btVector3 other_motion;      // motion of the other object at the contact in the step [m]
 };
 
 const btRigidBody& first(const btPersistentManifold& manifold) {
@@ -53,9 +53,9 @@ btScalar closing_time(const BallContact& contact, const btVector3& motion) {
   return closed > contact.gap ? contact.gap / closed : 2.0;
 }
 
-// Path of a sphere that `earlier` contacts block: the motion in the step [m], and the direction in
-// which the sphere goes on. Only contacts with obstacles count, because bodies may give way, and
-// only those with other obstacles than that of `contact`.
+// Path of a sphere whose motion `earlier` contacts block in part: the motion in the step [m], and
+// the direction in which the sphere goes on. Only contacts with obstacles count, because bodies may
+// give way, and only those with other obstacles than that of `contact`.
 struct Path {
   Path(const std::vector<BallContact>& earlier, const BallContact& contact, const btVector3& whole)
       : motion(whole), direction(whole) {
@@ -74,8 +74,8 @@ struct Path {
   btVector3 motion, direction;
 };
 
-// Returns the distance [m] of a point from the first part of a ray, which is as long as `end` times
-// the vector `direction`.
+// Returns the distance [m] of a point from the segment that begins at `from` and ends at
+// from + end * direction.
 btScalar distance_from_ray(const btVector3& point, const btVector3& from,
                            const btVector3& direction, btScalar end) {
   const btScalar length2 = direction.length2();
@@ -85,8 +85,8 @@ btScalar distance_from_ray(const btVector3& point, const btVector3& from,
 
 // Returns whether a sphere passes the other object on its path, although its unblocked motion
 // `whole` would meet it. Only the contact point of the object is tested, which is sufficient if the
-// path and `whole` differ little. A short motion does not enter an object far, so the path is
-// continued beyond the step.
+// path and `whole` differ little. Returns false if they are equal or differ by more than half the
+// radius. A short motion does not enter an object far, so the path is continued beyond the step.
 bool passes(const BallContact& contact, const btVector3& whole, const Path& path) {
   const btRigidBody& sphere = first(*contact.manifold);
   const btVector3& centre = sphere.getWorldTransform().getOrigin();
@@ -102,8 +102,8 @@ bool passes(const BallContact& contact, const btVector3& whole, const Path& path
          distance_from_ray(contact.on_other, centre + motion, direction, BT_LARGE_FLOAT) >= least;
 }
 
-// Removes the contacts of a sphere that its path does not reach. `contacts` contains all contacts
-// of the sphere.
+// Removes those contacts of a sphere with obstacles that its unblocked motion would close, but that
+// its path does not reach. `contacts` contains all contacts of the sphere.
 void remove_passed(std::vector<BallContact> contacts, btScalar step) {
   const btRigidBody& sphere = first(*contacts.front().manifold);
   const btVector3 motion = motion_at(sphere, sphere.getWorldTransform().getOrigin(), step);
@@ -115,7 +115,8 @@ void remove_passed(std::vector<BallContact> contacts, btScalar step) {
                      passes(contact, motion, Path(kept, contact, motion));
     if (closes) (out ? removed : kept).push_back(contact);
   }
-  // In descending order, because Bullet moves the last point of a manifold to the removed place.
+  // In descending order, because Bullet moves the last point of a manifold to the place of the
+  // removed one.
   std::ranges::stable_sort(removed, std::greater<>(), &BallContact::point);
   for (const BallContact& contact : removed) contact.manifold->removeContactPoint(contact.point);
 }

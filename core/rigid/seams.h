@@ -11,9 +11,9 @@ inline constexpr btScalar flush_share = 0.02;
 
 // Removes wrong contacts of spheres at seams. Each collision algorithm knows only one pair. If a
 // sphere meets obstacle A near its seam with obstacle B, the algorithm for B does not know that A
-// stops the sphere, and finds a contact at the edge of B. The motion of the sphere in the step [s]
-// would close such a contact, but does not reach it after earlier contacts with other obstacles
-// have blocked a part of the motion.
+// stops the sphere, and finds a contact at the edge of B. The motion of the sphere in a step of
+// length `step` [s] would close such a contact, but does not reach it after earlier contacts with
+// other obstacles have blocked a part of the motion.
 void remove_contacts_behind_others(btDispatcher& dispatcher, btScalar step);
 
 }  // namespace loomstone

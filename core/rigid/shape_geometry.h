@@ -58,11 +58,12 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
 
-// The separating-axis test and face clipping find the contacts between two hulls with at most
-// most_polyhedron_vertices vertices, and those of a hull with at most most_vertices_on_triangles
-// vertices on triangles of obstacles. The cost of the test grows with the product of the face
-// counts. Hulls with more than most_polyhedron_vertices vertices count as round. All other contacts
-// of round hulls come from Bullet's method, which accumulates contact points over several steps.
+// The separating-axis test and face clipping find two kinds of contacts: those between two hulls
+// with at most most_polyhedron_vertices vertices each, and those between triangles of obstacles and
+// a hull with at most most_vertices_on_triangles vertices. The cost of the test grows with the
+// product of the face counts. Hulls with more than most_polyhedron_vertices vertices count as
+// round. All other contacts of round hulls come from Bullet's method, which accumulates contact
+// points over several steps.
 constexpr int most_polyhedron_vertices = 32, most_vertices_on_triangles = 512;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with shapes that
 // are neither polyhedra nor triangles. Round hulls need a margin so large that their shrunken cores

@@ -66,8 +66,9 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// Adds the contact between two spheres, if there is one. There is none if the gap exceeds both
-// `near` and the length of `motion`, the motion of `ball` relative to `other` in this step [m].
+// Adds the contact between two spheres, if there is one. `motion` is the motion of `ball` relative
+// to `other` in this step [m]. There is no contact if the gap exceeds both `near` and the length of
+// `motion`, or if `motion` closes the gap along the normal but `ball` passes `other`.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -116,7 +117,7 @@ class NearTriangles : btTriangleCallback {
 };
 
 // Collision algorithm for one pair. The first body is a sphere, the second a sphere, a mesh or a
-// facet.
+// facet (facets.h).
 class SphereAlgorithm : public btCollisionAlgorithm {
  public:
   SphereAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,
@@ -173,8 +174,8 @@ class SphereAlgorithm : public btCollisionAlgorithm {
                  from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
   }
 
-  // Adds the contacts that lie on a facet. Its neighbours are taken into account, so that edges
-  // between them do not count.
+  // Adds the contacts that lie on a facet. The neighbours of the facet are taken into account, so
+  // that internal edges of a flat surface have no contacts of their own.
   void add_facet(const btRigidBody& ball, const btRigidBody& other, double near,
                  const Vec3& motion) {
     const auto& facet =

@@ -1,5 +1,5 @@
-// Collision algorithm for Bullet: spheres against spheres and against meshes and facets of
-// obstacles.
+// Collision algorithm for Bullet: spheres against spheres and against meshes and facets (facets.h)
+// of obstacles.
 #pragma once
 
 #include "core/rigid/bullet.h"

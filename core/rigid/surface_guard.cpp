@@ -38,7 +38,7 @@ class PathOfCentre : public btTriangleCallback {
   double first_ = 2.0;
 };
 
-// Moves a body back before the surfaces that its centre has crossed.
+// Moves a body back in front of the surfaces that its centre has crossed.
 class SurfacesOnPath : public btBroadphaseAabbCallback {
  public:
   SurfacesOnPath(const btVector3& from, btScalar step, btRigidBody& body)

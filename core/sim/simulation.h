@@ -35,8 +35,8 @@ class Simulation {
              Decomposition decomposition = Decomposition::Predicted);
   ~Simulation();
 
-  // Advances by one step. If the step fails, restores the state at the start of the step and throws
-  // SolverFailure.
+  // Advances by one step. Throws InvalidInput if users have written invalid values to state(). If
+  // the step fails, restores the state at the start of the step and throws SolverFailure.
   void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
@@ -68,7 +68,7 @@ class Simulation {
   const FrameTopology& topology() const;
   Frame frame() const;  // frame of the current state
   // Returns the frame at a time within the last step [s]. Positions and velocities are
-  // interpolated.
+  // interpolated. Throws InvalidInput for other times.
   Frame frame_at(double time) const;
 
   const std::vector<Index>& vertex_order() const;  // internal row of each vertex

@@ -20,7 +20,7 @@ TABLE = ROOT / "docs/gallery.json"
 
 
 def measured(numbers: dict[str, float]) -> str:
-    """Returns text on the size, duration and computing time of a scene, and its picture's time."""
+    """Returns text: size, duration and computing time of a scene, and the time of its picture."""
     surfaces = [
         f"{numbers[key]:,} {key if key == 'triangles' else 'bodies and obstacles'}"
         for key in ("triangles", "bodies")

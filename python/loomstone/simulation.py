@@ -64,7 +64,8 @@ class Simulation(_core.Simulation):
     be simulated but looks like a mistake, for example if bodies overlap at the start. `positions`,
     `velocities` and `external_forces` are copies that can be assigned. `state` provides views of
     the internal tables. `scene` and `integrator` are those in use and cannot be replaced.
-    `preparation_seconds` is the wall time of building the simulation, before the warnings [s].
+    `preparation_seconds` is the wall time in which the simulation was built, without the search for
+    such mistakes [s].
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])

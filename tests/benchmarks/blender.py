@@ -6,9 +6,9 @@
 Without RUN, the first second of scenes/drape.py is simulated with 3,600 triangles. PYTHON is an
 interpreter that has the module bpy (Blender 5, Python 3.11). Without --to, all formats are tried.
 For each format, Blender renders the frame (default: the last) with Cycles to
-DIRECTORY/blender-FORMAT.png. The program prints the total size of the files, the times of export,
-import and rendering, and the largest distance between the position of a cloth vertex in Blender and
-that in the run.
+DIRECTORY/blender-FORMAT.png. Without --out, DIRECTORY is temporary and deleted at the end. The
+program prints the total size of the files, the times of export, import and rendering, and the
+largest distance between the position of a cloth vertex in Blender and that in the run.
 """
 
 import argparse
@@ -71,8 +71,9 @@ def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str
 def largest_distance(frame: ls.Frame, topology: ls.FrameTopology, path: str) -> float:
     """Returns the largest distance [m] of a cloth vertex in Blender from its position in a frame.
 
-    Blender keeps the order of the vertices, and those that glTF repeats follow all others. The mesh
-    of a cloth is the one whose vertices are closest.
+    Blender keeps the order of the vertices. glTF files repeat some vertices, such as those at seams
+    of uv; the copies follow all others. A cloth is compared with the mesh in Blender whose vertices
+    are closest. If no mesh has enough vertices for a cloth, the distance is infinite.
     """
     with np.load(path) as arrays:
         found = [arrays[name] for name in sorted(arrays, key=int)]

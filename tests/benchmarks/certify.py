@@ -116,7 +116,7 @@ def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
 
 
 def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
-    """Runs one job (scene, step, frames per second, seed, duration [s]) and returns its table row.
+    """Runs one job (scene, step [s], rate [1/s], seed, duration [s]); returns its row of the table.
 
     If the duration is None, that of the scene is used.
     """

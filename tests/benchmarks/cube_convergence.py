@@ -1,5 +1,5 @@
 """Figure 6.7 of [Thomaszewski2010]: force between two cubes of 1 cm and 1 T, computed with
-increasing numbers of cells and with the accurate engine.
+increasing numbers of cells and with the accurate engine (core/magnetics/forces/interaction.h).
 
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 

@@ -2,15 +2,19 @@
 
     python tests/benchmarks/culling.py --intervals 2.5e-3 1e-3
 
-The scene `ribbon` runs once for each interval. Each sample has a row with the number of pairs of
-features whose 18-DOPs overlap over the next interval (overlap), the number of those that come
-within reach of each other (reach), the number of those that are registered for events (registered),
-and the fraction of the overlapping pairs that are not registered (culled). The 18-DOPs enclose the
-motion that the search assumes: 1.5 times the velocity, with an allowance for velocities that
-change. "constant" counts the pairs whose 18-DOPs overlap at constant velocity, without the
-allowance. The last row of an interval has the sums. The exit status is 1, except with --smoke, if
-the sums of any interval show that fewer than half of the overlapping pairs are culled.
-[Thomaszewski2010], figure 4.5, reports more than half for its ribbon.
+The scene `ribbon` runs once for each interval. Each sample has a row with numbers of pairs of
+features:
+- overlap: their 18-DOPs overlap over the next interval. The 18-DOPs enclose the motion that the
+  search assumes: 1.5 times the velocity, with an allowance for velocities that change.
+- constant: their 18-DOPs overlap at constant velocity, without the allowance
+- reach: their distance is also small enough for a contact within the interval (the candidates of
+  core/collision/approach.h)
+- registered: those of "reach" that are registered for events
+
+"culled" is the fraction of the overlapping pairs that are not registered. The last row of an
+interval has the sums. The exit status is 1, except with --smoke, if the sums of any interval show
+that fewer than half of the overlapping pairs are culled. [Thomaszewski2010], figure 4.5, reports
+more than half for its ribbon.
 """
 
 from __future__ import annotations

@@ -6,8 +6,9 @@
 
 On one rank, compares three ways in which threads share the traversal of hierarchies: OpenMP tasks,
 loops and the task pool. On several ranks, compares static and dynamic decomposition with their
-replays. Measured times are minima over the repetitions, so that other programs hardly affect them.
-The default latency and overhead of a message in the replays are those of shared memory.
+replays (core/parallel/pool_replay.h). Measured times are minima over the repetitions, so that other
+programs hardly affect them. The default latency and overhead of a message in the replays are those
+of shared memory.
 """
 
 from __future__ import annotations

@@ -199,8 +199,8 @@ def sleeve(
     limit: float | None = 0.05,
     friction: float = 0.3,
 ) -> ls.Scene:
-    """A sleeve that is drawn by its cuff over a capsule. The radius of the capsule is 1 + `wider`
-    times that of the sleeve.
+    """A sleeve that is drawn by its cuff over a capsule. The radius of the capsule is
+    (1 + `wider`) times that of the sleeve.
 
     The cuff moves by 0.3 m in 1 s. The strain limit is `limit` [1] along weft and warp and twice
     `limit` in shear; None: no limits.

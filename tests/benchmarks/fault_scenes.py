@@ -1,7 +1,7 @@
 """Scenes whose fields the library Hypothesis mutates at random, for faults.py and the tests.
 
-A mutated scene must either fail with an ls.Error of one line, or be simulated with finite positions
-and velocities. If cloth intersects, the report must say so.
+A mutated scene must either fail with an ls.Error whose message is one line, or be simulated with
+finite positions and velocities. If cloth intersects anything, the report must say so.
 """
 
 from __future__ import annotations

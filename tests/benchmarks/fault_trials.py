@@ -201,8 +201,8 @@ def damaged(content: bytes, seed: int) -> bytes:
 
 
 def read_damaged(place: Path, reader: str, seed: int) -> str:
-    """Reads a damaged copy of a file in `place`. Returns "read" or "refused". Any error must be an
-    ls.Error of one line.
+    """Reads a damaged copy of a file in `place`. Returns "read", or "refused" after an ls.Error.
+    Its message must be one line. Other errors are raised. Damage to a checkpoint must be noticed.
     """
     content = damaged((place / reader).read_bytes(), seed)
     path = place / f"damaged-{reader}"

@@ -79,10 +79,10 @@ def strip(rows: dict[str, Pictures], path: Path) -> None:
 def chain(
     steps: tuple[float, ...], duration: float
 ) -> list[tuple[float, int, NDArray[np.float64]]]:
-    """Returns the events (time, element, depths of the three masses) of a chain of three springs.
+    """Returns the events (time [s], element, depths of the three masses [m]) of a chain.
 
-    The chain hangs from depth 0 and is released from rest. Each spring is an element with its own
-    step [s].
+    The chain of three springs hangs from depth 0 and is released from rest. Each spring is an
+    element with its own step [s].
     """
     stiffness, masses = (100.0, 60.0, 40.0), np.array((2.0, 1.5, 1.0))
     shares = np.array([[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.0]])

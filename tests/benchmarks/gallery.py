@@ -4,8 +4,9 @@
 
 Runs the given scenes or, by default, all scenes that OUT/gallery.json does not list, so that an
 interrupted call continues. Each scene runs with its default parameters on one thread. One frame of
-it is drawn as OUT/images/scenes/NAME.jpg. Its number of cloth triangles, its number of bodies and
-obstacles, and its times are written to OUT/gallery.json. All scenes together take about 20 minutes.
+each run is drawn as OUT/images/scenes/NAME.jpg. For each scene, OUT/gallery.json lists the number
+of cloth triangles, the number of bodies and obstacles, the simulated time, the instant of the
+picture and the processor time. All scenes together take about 20 minutes.
 """
 
 from __future__ import annotations

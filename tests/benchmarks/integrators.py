@@ -78,7 +78,7 @@ def swing(
 
 
 def drawn(sim: ls.Simulation, file: SceneFile) -> NDArray[np.uint8]:
-    camera = ls.Camera(eye=(0.6, -1.0, 0.2))  # a fitted camera keeps only its direction
+    camera = ls.Camera(eye=(0.6, -1.0, 0.2))  # fitted: only the direction of view counts
     look = file.render.replace(width=480, height=400, camera=camera)
     return np.asarray(ls.pictures.Renderer(sim.topology, look).render(sim.frame()))
 

@@ -47,7 +47,9 @@ def repaints(page: Any) -> int:
 
 
 def start_counting(page: Any, live: Any) -> None:
-    """Starts to count the repaints of the page, and waits for 20 of them, for at most 60 s."""
+    """Starts to count the repaints of the page, and waits for 20 of them. Exits with status 77 if
+    this takes more than 60 s.
+    """
     deadline = time.monotonic() + 60.0
     while not live.page.server.get_clients() and time.monotonic() < deadline:
         time.sleep(0.1)

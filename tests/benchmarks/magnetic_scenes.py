@@ -1,5 +1,5 @@
 """Table 6.1 of [Thomaszewski2010]: times of the magnetic scenes with dipole cells and with the
-accurate engine, in one run on one thread.
+accurate engine (core/magnetics/forces/interaction.h), in one run on one thread.
 
     python tests/benchmarks/magnetic_scenes.py [--steps 400]
             [--scenes toy_magnets lift levitation]
@@ -56,7 +56,8 @@ def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
     """Returns the scene with dipole cells for hard magnets, and induced dipoles (degree 1) for soft
     spheres.
 
-    The cells have the given density, which also replaces that of bodies with explicit response.
+    The cells have the given density [1/m^3], which also replaces that of bodies with explicit
+    response.
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:
@@ -86,7 +87,10 @@ def least(function: object, repeats: int = 5, inner: int = 20) -> float:
 
 
 def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
-    """Returns the columns "cells" and "gain" of the table (see the top of this file)."""
+    """Returns the columns "cells" and "gain" of the table (see the top of this file).
+
+    The gain is NaN if fewer than two magnets have cells.
+    """
     places = {body.name: np.array(body.position) for body in scene.bodies}
     carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
     fronts, whole, leaves = [], [], 0

@@ -152,8 +152,8 @@ def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.f
 
 
 def looked_at(path: Path, name: str) -> Seen:
-    """Evaluates a file of another program: uv (n x 2), faces (m x 3), positions X (frames x n x 3),
-    times t of the frames [s] and computing time.
+    """Evaluates a file of another program. It contains uv (n x 2) [m], faces (m x 3), positions X
+    (frames x n x 3) [m], times t of the frames [s] and the computing time per frame at 25 Hz [s].
     """
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]

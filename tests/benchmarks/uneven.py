@@ -57,7 +57,7 @@ class Cost(NamedTuple):
 
 
 def cost(scene: ls.Scene, integrator: ls.Integrator, duration: float) -> Cost:
-    """Runs the scene and returns its cost; if a step fails, that of the motion before the step.
+    """Runs the scene and returns its cost. If a step fails, the run ends before this step.
 
     Processor time is divided among the stages in proportion to their wall times.
     """

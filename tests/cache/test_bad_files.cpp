@@ -1,5 +1,5 @@
-// Files that are missing, foreign, of another version, truncated, damaged or not writable each
-// cause one clear error.
+// Tests of the errors that files cause if they are missing, foreign, of another version, truncated
+// or damaged, or if they cannot be written, for example because the disk is full.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Tests of runs whose writer is killed, or finds the disk full, within a frame. For kills, the test
-// program records the changes that the writer makes to its files, repeats them page by page on
-// copies of the files, and reads the copies after each page.
+// Tests of runs whose writer is killed, or finds the disk full, while it writes a frame, and of
+// readers that are open meanwhile. For kills, the test program records the changes that the writer
+// makes to its files, repeats them page by page on copies of the files, and reads the copies.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -115,8 +115,9 @@ struct Pieces {
 
 }  // namespace
 
-// With compression, a page of a chunk index contains about 100 frames, and an index is split after
-// 512 frames. Without compression, a block contains 16 frames, and tables have 1024 rows per block.
+// All cases but the first add frames across a boundary in the files. With compression, a page of a
+// chunk index describes about 100 frames, and an index is split after 512 frames. Without
+// compression, a block contains 16 frames, and tables have 1024 rows per block.
 TEST_CASE("a run is complete after every page that its writer writes") {
   struct Case {
     int compression, from, to;

@@ -1,4 +1,4 @@
-// Tests of the journal at the end of a file and of the bytes that it contains.
+// Tests of the journal at the end of a file, and of the pending bytes that the journal contains.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ class JournalFile {
 
 struct Record {
   std::uint64_t address, count;
-  std::uint64_t n_bytes;  // number of bytes after the head; valid records have `count` of them
+  std::uint64_t n_bytes;  // bytes that follow address and count; `count` in a valid record
 };
 
 Bytes records_of(const std::vector<Record>& records) {

@@ -48,7 +48,7 @@ TEST_CASE("the rate of drag is the drag divided by mass and relative velocity") 
   const Points v = Points::Zero(mesh.n_vertices(), 3);
   const DraggedSurface surface{0.0, mesh.triangles(), list, mesh.vertices(), v};
   const Index n = mesh.n_vertices();
-  // One vertex is far lighter than the others, so its rate is the largest.
+  // One vertex is far lighter than the others, so its rate of drag is the largest.
   Vector mass = Vector::Constant(n, 1e-3);
   mass[7] = 1e-6;
   // All triangles of the grid have the same area.

@@ -29,7 +29,7 @@ CODES = {
 
 
 def read_array(archive, name):
-    """Returns the values of the array `name` of the archive, as a flat array."""
+    """Returns the array `name` of the archive, flattened. Exits if it is in Fortran order."""
     raw = archive.read(name + ".npy")
     size, start = struct.unpack("<H", raw[8:10])[0], 10
     if raw[6] > 1:

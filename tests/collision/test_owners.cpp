@@ -1,5 +1,5 @@
-// The ranks divide the search for contacts and impacts among themselves. The results have the same
-// bits, whichever rank computes them.
+// Tests of the search for contacts and impacts, which ranks divide among themselves. The results
+// have the same bits, whichever rank computes them.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>

@@ -60,9 +60,10 @@ def digest(make: Callable[[], Case], layout: Layout) -> str:
 
 
 def digests(names: list[str], layout: Layout) -> Iterator[tuple[str, str]]:
-    """Yields the name and digest of each case; with `names`, only if its name contains one of them.
+    """Yields the name and digest of each case.
 
-    On several ranks, skips the cases that support one rank only.
+    If `names` is not empty, skips cases whose names contain none of its elements. On several ranks,
+    skips the cases that support one rank only.
     """
     for name, make in cases():
         if not names or any(part in name for part in names):

@@ -299,7 +299,8 @@ TEST_CASE("a stage rebuilt between two steps changes no bit") {
 
 TEST_CASE("the energy from a circuit's source is heat, stored energy and work on bodies") {
   Coil coil = winding();
-  // With the second inductance, the current settles in far less than the duration of a kick.
+  // With the second inductance, the current settles in far less than the duration of a kick, which
+  // is half a sub-step.
   coil.resistance = 0.5, coil.inductance = GENERATE(1e-3, 1e-6), coil.voltages = {2.0};
   Motion motion(magnet_over_coil(coil));
   motion.advance(20);

@@ -98,7 +98,7 @@ Points force_at(Membrane& membrane, const Points& x) {
 }
 
 // A triangle that is stretched and sheared. With the stretches that the tests use, its strains
-// reach all three phases of the membrane (see LimitMode).
+// reach all three phases of the membrane (LimitMode in core/cloth/membrane/limit_modes.h).
 ClothRun stretched_triangle(const Asynchronous& options, double stretch, bool by_edges) {
   Points corners(3, 3);
   corners << 0, 0, 0, 0.05, 0.01, 0, 0.01, 0.06, 0;

@@ -263,7 +263,7 @@ TEST_CASE(
 
 TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") {
   // The grid is folded in the middle, so that the points of one half lie on points of the other.
-  // Points that lie on each other have the same load. In the second solve, they are also tied.
+  // Points that lie on each other have the same load. In the second solve, stiff terms tie them.
   const Index tiles = 8, side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
     return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;

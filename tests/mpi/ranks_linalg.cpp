@@ -129,8 +129,8 @@ void forget_rows_of_others(RandomSystem& system) {
 
 void solutions_keep_their_bits(const RankProgram& program) {
   // Side 90 gives 64 blocks of rows, so there are several coarse levels. Side 45 gives 16 blocks,
-  // and side 13 gives 2, so that a third rank owns none. Terms couple distant rows
-  // with one another and with bodies.
+  // and side 13 gives 2, so that a third rank owns none. Terms couple distant rows with one another
+  // and with bodies.
   for (const Index side : {90, 45, 13}) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);

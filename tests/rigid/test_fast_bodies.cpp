@@ -141,14 +141,14 @@ TEST_CASE("a coin slides as far as friction lets it, wherever it starts") {
 
 namespace {
 
-// Things that fall or fly at the floor so fast that they could pass it in a step.
+// Things that fall or fly at the floor so fast that they could pass through it in one step.
 struct Thrown {
   std::string name;
   TriangleMesh mesh;
   std::string shape;
   Vec3 velocity;
   Vec3 turned;   // rotation vector of the orientation [rad]
-  double outer;  // upper bound on the distance of the points from the centre [m]
+  double outer;  // upper bound on the distance of points of the thing from its centre [m]
 };
 
 std::vector<Thrown> thrown_things() {

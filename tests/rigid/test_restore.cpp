@@ -52,7 +52,7 @@ struct Pile {
     world.advance(step, {none, none}, ObstaclePlaces({pose}), state);
   }
   // Takes the steps from `first` to `last` - 1, and rebuilds the world every 40 steps. `state` must
-  // contain the manifolds unless it is the initial state, and contains them at the end.
+  // be the initial state or contain the contact manifolds. At the end, it contains the manifolds.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
     for (int i = first; i < last; ++i) {
       if (i % 40 == 0) {

@@ -79,7 +79,7 @@ TEST_CASE("a step between two obstacles stops a cube that slides against it") {
   const double step = GENERATE(1e-3, 4e-3, 1e-2), height = GENERATE(1e-3, 0.02, 0.2);
   CAPTURE(step, height);
   const RigidState end = slide(cube(0.5, 0.0, 0.0), {0.0, height}, 0.0, step, 1.0);
-  // The cube meets the step when its centre is at 0.45 m, and turns over it or rests there.
+  // The cube meets the step when its centre is at 0.45 m, and rests or tips there.
   CHECK(end.positions(0, 0) < 0.451);
   CHECK(std::abs(end.velocities(0, 0)) < 0.25);
 }

@@ -1,5 +1,5 @@
 // Bending of a subset of the triangles of a mesh. The asynchronous integrator gives triangles steps
-// of different lengths and evaluates the triangles of each step length separately. Each of these
+// of different lengths and evaluates their bending in subsets (level_bending.h). Each of these
 // subsets has a vertex numbering of its own. A rank stores mid-edge elements only for its part of
 // the mesh (core/parallel/mesh_part.h) and the neighbouring triangles that affect its rows.
 #pragma once
@@ -31,8 +31,8 @@ struct BendingOfPart {
 // whole mesh.
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
-// Adds to `triangles` all triangles that share an edge with one of them. On return, the list is
-// sorted and has no duplicates.
+// Adds to the list `triangles` all triangles of the mesh that share an edge with a triangle in the
+// list. On return, the list is sorted and has no duplicates.
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);
 
 // Returns a subset of `whole`, a setup that check_bending_setup() must have accepted. `edges` is

@@ -22,8 +22,8 @@ namespace loomstone {
 namespace {
 
 // Area of a triangle, length of one of its edges, and bending rigidity about that edge. The
-// rigidity is kappa^T D kappa for a unit curvature kappa about the edge, or 0 if the triangle does
-// not act.
+// rigidity is kappa^T D kappa for a unit curvature kappa about the edge, or 0 if the triangle has
+// no energy (see BendingSetup::acts).
 struct EdgeOfTriangle {
   double area, length, rigidity;
 };

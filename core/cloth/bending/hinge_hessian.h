@@ -16,8 +16,9 @@ struct HingeMoments {
 };
 
 // Adds scale * sum_e moment_e d2 theta_e / dx2 to rows [begin, end) of `matrix`. The added matrix
-// is symmetric and indefinite. Degenerate hinges are skipped. Hinges are added in ascending order
-// for each row, so the result is bitwise identical for any number of threads and any row range.
+// is symmetric and indefinite. Hinges with a zero-area triangle are skipped. Hinges are added in
+// ascending order for each row, so the result is bitwise identical for any number of threads and
+// any row range.
 void add_hinge_hessians(const Team& team, const HingeMoments& moments, const Points& x, Index begin,
                         Index end, BlockMatrix& matrix);
 

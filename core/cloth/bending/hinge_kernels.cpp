@@ -89,8 +89,8 @@ LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const
     const Lanes3<Lanes> n1 = cross(a, minus(a, e)), n2 = cross(minus(c, e), c);
     const Lanes q1 = dot(n1, n1), q2 = dot(n2, n2), ee = dot(e, e);
     const Lanes zero = ee - ee;
-    // If the sine of a triangle's angle at x3 is at most 1e-12, its normal is unusable and the
-    // hinge exerts no force.
+    // If the sine of a triangle's angle at x3 is at most 1e-12, the normal of this triangle is
+    // unusable and the hinge exerts no force.
     const MaskOf<Lanes> good = (q1 > 1e-24 * ee * dot(a, a)) & (q2 > 1e-24 * ee * dot(c, c));
     const Lanes length = lanes_select(good, lanes_sqrt(ee), zero + 1.0);
     const Lanes inverse_length = 1.0 / length;

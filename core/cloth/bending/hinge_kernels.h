@@ -19,8 +19,8 @@ struct Tables {
   const double* rest;     // (batches x 8) rest angles [rad]
 };
 
-// Output tables of angles(), with entries for all batches. Degenerate hinges get zero difference
-// and zero gradient.
+// Output tables of angles(), with entries for all batches. Hinges with a zero-area triangle get
+// zero difference and zero gradient.
 struct Output {
   double* difference;   // (batches x 8) theta minus rest angle [rad]
   double* half_sine;    // (batches x 8) sin(theta / 2)

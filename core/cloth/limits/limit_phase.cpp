@@ -15,12 +15,12 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_update = 32;
 
-// The second phase begins at the distance limit_margin() inside the limit. The third phase begins
-// at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
-// beyond the limit as the third phase begins inside it, because `third_begins` is 0.5. `stiffening`
-// is the modulus added in the second phase, divided by that of the membrane. `steeper` and
-// `steepest` are the total moduli added in the third and in the fourth phase, divided by the one
-// added in the second phase.
+// The second phase of the membrane (limit_phase.h) begins at the distance limit_margin() inside the
+// strain limit. The third phase begins at the fraction `third_begins` of the way from there to the
+// limit. The fourth phase begins as far beyond the limit as the third phase begins inside it,
+// because `third_begins` is 0.5. `stiffening` is the modulus added in the second phase, divided by
+// that of the membrane. `steeper` and `steepest` are the total moduli added in the third and in the
+// fourth phase, divided by the one added in the second phase.
 //
 // The third phase is for heavy loads, for example at prescribed vertices, and the fourth for bodies
 // much heavier than the cloth. `stiffening` and `steeper` were tuned on scenes/swing_limits.py and
@@ -29,12 +29,13 @@ constexpr Index batches_per_update = 32;
 // value of 400 by up to 0.02. docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
-// In a yielding triangle, the added stress is bounded in the mode that is farthest beyond the upper
-// strain at which its second phase begins. At this strain, the bound is the fraction `yield_stress`
-// of the stress at which the fourth phase begins. The bound increases with the strain, with a slope
-// of `hardening` times the modulus of the second phase, so that neighbouring triangles yield alike.
-// The other modes do not yield: an obstacle that is too wide along weft does not stretch the cloth
-// along warp. Both values were tuned on `sleeve` in tests/benchmarks/extreme_scenes.py.
+// In a yielding triangle (see LimitPhase::enter()), the stress that the phases add is bounded in
+// the mode that is farthest beyond the upper strain at which its second phase begins. At this
+// strain, the bound is the fraction `yield_stress` of the stress at which the fourth phase begins.
+// The bound increases with the strain, with a slope of `hardening` times the modulus of the second
+// phase, so that neighbouring triangles yield alike. The other modes do not yield: an obstacle that
+// is too wide along weft does not stretch the cloth along warp. Both values were tuned on `sleeve`
+// in tests/benchmarks/extreme_scenes.py.
 constexpr double yield_stress = 0.02, hardening = 0.2;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.
@@ -57,7 +58,7 @@ struct Phases {
   double recovery;             // see LimitPhase::enter()
 };
 
-// Returns 1 in the lanes of yielding triangles, and 0 in the others.
+// Returns 1 in the lanes of yielding triangles (see LimitPhase::enter()), and 0 in the others.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes yielding_lanes(const Index* corners, const std::uint8_t* yields) {
   double lanes[n_lanes] = {};

@@ -124,9 +124,11 @@ class Membrane {
 
   // Result of neglected(); see neglected_strains() in membrane_kernels.h.
   struct Neglected {
-    double strain = 0.0;   // largest eigenvalue of the neglected strain [1]
-    double energy = 0.0;   // membrane energy of the neglected strain [J]
-    double elastic = 0.0;  // membrane energy at positions `end`, without phases and limits [J]
+    double strain = 0.0;  // largest eigenvalue of the neglected strain [1]
+    double energy = 0.0;  // membrane energy of the neglected strain [J]
+    // Membrane energy at positions `end` [J], without the stress of set_phase() and the potential
+    // of add_limits().
+    double elastic = 0.0;
   };
   // Computes the neglected strain of the triangles [first_triangle, last_triangle) for the
   // displacement end - start (n x 3 each), or for the displacement `end` if `start` is null.

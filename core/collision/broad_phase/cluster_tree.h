@@ -42,9 +42,10 @@ class ClusterTree {
   ClusterTree(const CollisionModel& model, std::vector<Index> triangles, std::vector<Index> edges,
               std::vector<Index> foreign);
 
-  // Recomputes all boxes of the tree. `vertices` contains the vertex boxes of all surfaces. They
-  // include `inflation` [m] and must stay alive until the next refit of features. Forms clusters at
-  // positions x if formed() is false, or if `may_rebuild` is set and the boxes have grown too much.
+  // Recomputes all boxes of the tree. `vertices` contains boxes of at least the vertices of the
+  // tree. These boxes include `inflation` [m] and must stay alive until the next refit of features.
+  // Forms clusters at positions x if formed() is false, or if `may_rebuild` is set and the boxes of
+  // the clusters have grown too much.
   void refit(const Team& team, const Points& x, const VertexBoxes& vertices, double inflation,
              bool may_rebuild);
 
@@ -124,7 +125,7 @@ class ClusterTree {
   Index edge_id(Index i) const { return triangles_.empty() ? first_edge_ + i : edges_[i]; }
 
   const CollisionModel* model_;
-  // The ids of the features of a whole surface begin with these values.
+  // For a whole surface: the smallest ids of its triangles and edges.
   Index first_triangle_ = 0, first_edge_ = 0;
   Index n_triangles_, n_edges_;
   // Arguments of the constructor for a part of a surface; empty for a whole surface.

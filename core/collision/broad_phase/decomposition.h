@@ -1,5 +1,5 @@
-// Ways to divide the search for colliding pairs among ranks (Decomposition) and among the threads
-// of a rank (Traversal). They do not affect results.
+// Ways to divide the searches for contacts and impacts among ranks (Decomposition) and among the
+// threads of a rank (Traversal). They do not affect results.
 #pragma once
 
 #include <array>

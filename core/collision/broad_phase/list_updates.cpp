@@ -17,9 +17,9 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full is cheaper than keeping its widened lists if more than this
-// fraction of them is made again per update, on average over `upkeep_updates` updates. Measured on
-// a ribbon and a dress.
+// Searching a surface pair in full is cheaper than keeping its widened lists (see widen()) if more
+// than this fraction of its lists is made again per update, on average over `upkeep_updates`
+// updates. Measured on a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 
@@ -134,8 +134,8 @@ void NeighbourLists::count_update() {
   }
 }
 
-// Returns whether the lists of any unlisted surface pair are tried again within the given number of
-// updates, which includes the present one.
+// Returns whether any unlisted surface pair gets lists again within the given number of updates,
+// including the present one.
 bool NeighbourLists::retries_within(int updates) const {
   return std::any_of(unlisted_.begin(), unlisted_.end(),
                      [&](int left) { return left > 0 && left <= updates; });
@@ -149,9 +149,9 @@ bool NeighbourLists::costly(const Upkeep& upkeep) const {
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
 }
 
-// Searches for cluster pairs at the positions of the last update, then marks the lists that must be
-// made and calls unlist_fast(). Tries lists again for surface pairs whose pause is over. `all` is
-// true if no surface pair has lists.
+// Searches for cluster pairs along the last step, extrapolated from the positions of the last
+// update. Then marks the lists that must be made and calls unlist_fast(). Tries lists again for
+// surface pairs whose pause is over. `all` is true if there are no lists before the search.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);
@@ -195,8 +195,8 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what)
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
   // Makes the lists that the last update has marked, because find_ended_before() replaces the
-  // marks. For Cover::Reach, this is not necessary: every list that then remains unmarked contains
-  // all pairs that an update requires.
+  // marks. For Cover::Reach, this is not necessary: every list that find_ended_before() leaves
+  // unmarked contains all pairs that an update requires.
   if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);

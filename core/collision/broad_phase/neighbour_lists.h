@@ -112,9 +112,9 @@ class NeighbourLists {
     double cost = 0.0;  // time spent on all lists of the rank since lists were distributed [ns]
   };
 
-  // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
-  // All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed. The next
-  // update() then makes all lists again. Does nothing if the lists are already this wide.
+  // Widens all lists, so that their base distance (base_) exceeds the thickness by at least `extra`
+  // [m]. All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed. The
+  // next update() then makes all lists again. Does nothing if the lists are already this wide.
   void widen(double extra);
 
   // Collective. After update() and make_ended(), the lists of all ranks together contain all pairs
@@ -173,9 +173,9 @@ class NeighbourLists {
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
   bool listed(Index pair) const { return unlisted_[pair] == 0; }
-  // Returns, for each surface pair, the feature pairs closer than the thickness at the positions of
-  // the last update() if the surface pair is unlisted, and no feature pairs if it is listed. Each
-  // feature pair is found by one rank.
+  // Returns the feature pairs of each surface pair; none if the surface pair is listed. If it is
+  // unlisted, returns the feature pairs that this rank finds to be at most the thickness apart, up
+  // to rounding, at the positions of the last update(). Each feature pair is found by one rank.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
@@ -312,7 +312,8 @@ class NeighbourLists {
   VertexSet still_at_x_;
   std::int64_t use_ = 0;
   VertexSet vertices_;
-  // Clusters of each surface in the lists of this rank, and motions of these clusters by index.
+  // used_[s]: clusters of surface s in the lists of this rank. motions_[s][c]: motion of such a
+  // cluster c.
   std::vector<std::vector<Index>> used_;
   std::vector<std::vector<ClusterMotion>> motions_;
   std::vector<std::vector<std::uint8_t>> marked_;  // (surfaces x clusters) scratch

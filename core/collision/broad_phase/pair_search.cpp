@@ -251,7 +251,7 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b,
   }
 }
 
-// Computes for each lane of a the bit mask of the lanes of b that overlap it.
+// For each lane of group a, computes the bit mask of the lanes of group b that overlap it.
 template <class Lanes>
 LOOMSTONE_INLINE void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
   for (int lane = 0; lane < slab_lanes; ++lane)

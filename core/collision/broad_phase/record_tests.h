@@ -15,7 +15,7 @@ using FirstTests = std::function<std::vector<NodeTest>(int rank)>;
 // Performs all tests of a search for `n_ranks` ranks. Writes to `tests` the tree of these tests,
 // their costs, and the time that each rank needs to find its first tests. If `tests` is not empty,
 // it must contain an earlier record of the same search. The smaller value of each time is then
-// kept, which reduces the influence of other programs.
+// kept, to reduce the influence of other programs.
 void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests);
 

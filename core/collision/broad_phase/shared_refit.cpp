@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// Ranks divide the boxes of a surface among themselves if it has at least this number of clusters.
-// Our choice.
+// Ranks divide the boxes of a surface among themselves if the surface has at least this number of
+// clusters. Our choice.
 constexpr Index worth_sharing = 128;
 
 SharedRefit::SharedRefit(const CollisionModel& model, BroadPhase& broad_phase,

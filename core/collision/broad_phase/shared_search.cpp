@@ -84,9 +84,9 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
   }
 }
 
-// Returns whether a rank refits only those features that it compares, after it has found the
-// clusters that overlap. It then needs less memory. A rank that passes tests to other ranks, or
-// compares all clusters of a cloth, refits all features.
+// Returns whether a rank first finds the clusters that overlap and then, to save memory, refits
+// only the features of these clusters. This is the case in static searches on several ranks with
+// Traversal::Loops, unless costs are recorded. All other searches first refit all features.
 bool SharedSearch::refits_only_compared() const {
   return decomposition_ == Decomposition::Static && traversal_ == Traversal::Loops && !recorded_ &&
          communicator_->size() > 1;
@@ -115,7 +115,8 @@ void SharedSearch::compare(const Team& team, const InflatedMotion& motion, const
   });
 }
 
-// Passes the pairs of features with overlapping boxes in the two clusters of a test to take().
+// Passes the pairs of features with overlapping boxes in the two clusters of a test to take(),
+// except pairs that do not collide because of an attachment.
 void SharedSearch::features(int thread, const NodeTest& leaf, const Take& take) {
   trees_.features(leaf, scratch_[thread], [&](Index pair, ContactKind kind, PairKey key) {
     if (!broad_phase_.attached(kind, key)) take(thread, pair, kind, key);

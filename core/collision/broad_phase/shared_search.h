@@ -79,7 +79,7 @@ class SharedSearch {
   // Sets how the threads of a rank divide a static search. Loops are the default, because they were
   // faster on two threads (docs/experiments/collisions.md).
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
-  // Report on the last search of this rank; empty if it did not use the pool.
+  // Report on the last search of this rank; empty if this search did not use the task pool.
   const PoolReport& report() const { return report_; }
   // Time of the last search on this rank, from the end of the refit of nodes to the end of
   // gather() [s].

@@ -35,7 +35,7 @@ class VertexBoxes {
 
   PackedSlabs& operator[](Index vertex) { return boxes_[place_[vertex]]; }
 
-  // View of the boxes for inner loops. Valid until boxes are added.
+  // View of the boxes for inner loops. Valid until the next call of begin() or add().
   struct View {
     const PackedSlabs* boxes;
     const Index* place;

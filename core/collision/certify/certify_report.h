@@ -17,11 +17,10 @@ struct WithheldMotion {
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0;  // impacts found before clean-up and withholding
+  std::int64_t impacts = 0;  // number of impacts before clean-up and withholding
   // Number of impacts that remain after all passes of withholding, for example because prescribed
-  // motion leaves the cloth no room. They are counted before keep_cloth_from_cloth() in
-  // withholding.cpp prevents the impacts of cloth with cloth, except those that prescribed vertices
-  // cause.
+  // motion leaves the cloth no room. The number includes impacts of cloth with cloth that
+  // keep_cloth_from_cloth() in withholding.cpp prevents afterwards.
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 

@@ -1,7 +1,7 @@
 // Finds the impacts of a step: pairs of features for which continuous collision detection cannot
 // prove that they stay farther apart than gap_floor() (narrow_phase/continuous.h) during the motion
 // x0 -> x1. Candidates come from the neighbour lists and, for surface pairs without lists, from the
-// broad phase. If share() has set a SharedSearch, they come from it instead.
+// broad phase. If share() has set a SharedSearch, all candidates come from this search instead.
 #pragma once
 
 #include <vector>

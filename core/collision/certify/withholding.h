@@ -12,7 +12,7 @@
 namespace loomstone {
 
 // Withholds motion of movable vertices and of whole free bodies. `impacts` are those of the motion
-// to x1. A vertex that collides with a moving obstacle follows the obstacle. At first, it loses
+// to x1. A vertex that collides with a moving obstacle follows the obstacle. The vertex first loses
 // only motion relative to the obstacle, and is then tested again. Returns a report in which the
 // caller must set CertifyReport::impacts.
 CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,

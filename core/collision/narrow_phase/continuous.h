@@ -42,7 +42,7 @@ Impact continuous_edge_edge_above_gap(const MovingPoints& points, double largest
 // Returns the gap floor [m], the distance that two features must keep during the step. It is
 // `largest` if the start distance is above twice `largest`, and otherwise half the start distance.
 // If the start distance is at most a hundredth of `largest`, the gap floor is 0.9 of the start
-// distance instead, which keeps tiny gaps from shrinking fast over many steps.
+// distance instead, so that tiny gaps do not shrink fast over many steps.
 double gap_floor(double start_distance, double largest);
 
 }  // namespace loomstone

@@ -1,8 +1,8 @@
 // Batched filter that precedes continuous collision detection. A query is a pair of features. The
 // filter finds queries whose two features are certainly separated during the whole step. If a
-// direction separates the features at both ends of the step, with the same feature in front, it
-// separates them throughout, because projections of points onto it are linear in time. Eight
-// queries are processed at once.
+// direction separates the features at both ends of the step, with the same feature in front, this
+// direction separates them throughout, because projections of points onto a direction are linear in
+// time. Eight queries are processed at once.
 #pragma once
 
 #include <algorithm>

@@ -96,7 +96,7 @@ class ContactTerms {
 
  private:
   std::vector<ContactLaw> laws_;  // one for each term
-  std::vector<Index> counted_;    // contacts that count on this rank, in ascending order
+  std::vector<Index> counted_;    // indices of contacts that count on this rank, in ascending order
   std::vector<double> shares_;    // share of each contact [1]
   std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
   std::vector<double> forces_;    // normal forces at the start, not multiplied by the shares [N]

@@ -23,10 +23,10 @@ FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, cons
 
 // Returns `predicted`, extrapolated if the contact slides in the direction of its slip. `gained` is
 // the length of the step times the change of the tangential velocity in the last step, scaled to
-// this step [m]. Extrapolation adds the component of `gained` along `predicted` if it is positive,
-// but at most `predicted` itself. Without extrapolation, the secant stiffness lags one step behind
-// an accelerating contact. After a sliding time t, friction would then be too large by the fraction
-// h / t, where h is the step.
+// this step [m]. Extrapolation adds the component of `gained` along `predicted` if this component
+// is positive, but at most `predicted` itself. Without extrapolation, the secant stiffness lags one
+// step behind an accelerating contact. After a sliding time t, friction would then be too large by
+// the fraction h / t, where h is the step.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 

@@ -35,8 +35,8 @@ struct ContactInputs {
   // Predicted velocities. The velocities of obstacle vertices enter ExtraTerm::drift.
   const VertexVelocities& v0;
   // Expected changes of velocity; 0 for bodies and if unknown. The change of cloth is that in the
-  // last step, scaled to `step`. The change of an obstacle is v0 minus its mean velocities in the
-  // last step, which are turned with the obstacle.
+  // last step, scaled to `step`. The change of an obstacle is v0 minus the mean velocities of its
+  // vertices in the last step, turned with the obstacle.
   const VertexVelocities& change;
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // length h of the step [s]

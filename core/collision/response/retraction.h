@@ -13,9 +13,9 @@ namespace loomstone {
 struct RetractedMotion {
   Points acceleration{0, 3};  // (n x 3) acceleration of each vertex [m/s^2]
   // (n x 3) Velocity of each vertex [m/s]. For a vertex of a retracted surface, it is the velocity
-  // that the vertex would have at the end of the step if the surface were rigid, or the mean
-  // velocity of the surface if it does not accelerate. For all other vertices, and if neither of
-  // the two surfaces accelerates, it is the given velocity.
+  // that the vertex would have at the end of the step if the surface were rigid or, if the surface
+  // does not accelerate, the mean velocity of the surface. For all other vertices, and if neither
+  // of the two surfaces accelerates, it is the given velocity.
   Points velocity{0, 3};
 };
 

@@ -19,8 +19,8 @@ constexpr double speed = 100.0, longest = 0.5;
 constexpr double largest_acceleration = 1000.0;
 
 // Returns the distance by which the edge moves along `way_out` relative to the triangle in this
-// step [m]. The edge moves at `speed`, but by at most `longest`. If the surfaces retract faster, it
-// moves with them.
+// step [m]. The edge moves at `speed`, but by at most `longest`. If the surfaces retract faster,
+// the edge moves with them.
 double way_in_step(const Piercing& piercing, const RetractedMotion& motion, double step) {
   const double way = std::min(speed * step, longest) * piercing.thickness;
   if (motion.velocity.rows() == 0) return way;

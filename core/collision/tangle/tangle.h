@@ -73,8 +73,8 @@ struct Tangle {
 };
 
 // Finds the intersections of surfaces that must not intersect; see kept_apart(). Omits pairs of an
-// edge and a triangle that do not collide because of an attachment. Caches the connectivity of the
-// surfaces.
+// edge and a triangle that share a vertex, or that do not collide because of an attachment. Caches
+// the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}

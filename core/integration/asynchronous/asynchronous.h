@@ -37,9 +37,9 @@ class AsynchronousIntegrator : public Integrator {
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
-  // Longest steps between events of bending (m) [s]: the steps of the membrane at rest, or
-  // options_.bending_multiple times their mean_of_patches() if this multiple is not 0. In either
-  // case, bending_ limits the result.
+  // Longest steps between events of bending (m) [s]: the steps of the membrane at rest or, if
+  // options_.bending_multiple is not 0, this multiple of their mean_of_patches() (level_bending.h).
+  // In either case, bending_ limits the result.
   Vector bending_event_steps() const;
 
   const ClothModel& model_;

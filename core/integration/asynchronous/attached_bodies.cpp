@@ -48,8 +48,8 @@ void AttachedBodies::begin(const StepInputs& inputs, const Vector& mass,
     if (!own_[b].tied.empty()) join(b, v);
 }
 
-// Adds the masses of the tied vertices to a body, whose pose is moved to the common centre of mass.
-// Body and vertices then move as one rigid body, with the velocity and angular velocity that
+// Adds the masses of the attached vertices to a body, and moves its pose to the common centre of
+// mass. Body and vertices then move as one rigid body, with the velocity and angular velocity that
 // conserve their momentum and angular momentum.
 void AttachedBodies::join(Index b, Points& v) {
   EventBody& body = bodies_[b];

@@ -14,7 +14,7 @@ namespace loomstone {
 using LimitPhases = std::array<std::uint8_t, 3>;
 
 // Returns the phases of the triangle in one lane of a batch. `entered` points to the entries of the
-// batch in membrane::Tables::entered.
+// batch in membrane::Tables::entered (core/cloth/membrane/membrane_kernels.h).
 inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
   LimitPhases phases;
   for (int k = 0; k < 3; ++k)
@@ -67,8 +67,8 @@ class ElementSteps {
 
   const ClothModel& model_;
   std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
-  std::vector<Mat3>
-      limit_products_;  // (m) limit_products() over mass [1/s^2]; empty without limits
+  // (m) limit_products() (element_steps.cpp) divided by mass [1/s^2]; empty without limits.
+  std::vector<Mat3> limit_products_;
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;

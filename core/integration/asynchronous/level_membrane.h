@@ -71,7 +71,8 @@ class LevelMembrane {
   std::vector<double> forces_;
   // Positions at which the forces of all levels were last computed together; unused if viscous.
   Points known_x_;
-  std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
+  // Bits of the limit phases that have been entered, see membrane::Tables; empty without limits.
+  std::vector<std::uint8_t> entered_;
   // Used only if the membrane is viscous: the vertices of the triangles of each level, their
   // positions at the last event of that level, and (n x 3) mean velocities since then [m/s].
   std::vector<std::vector<Index>> vertices_of_;

@@ -17,9 +17,9 @@ LimitedCloth limited_cloth(const ClothModel& model) {
           model.strain_limit_of, model.mass,      model.prescribed};
 }
 
-// Returns the bounds of a limit. If `bound` is given, it replaces all finite upper bounds. The
-// other bounds are multiplied by `scale`. Without shear_min, the bounds of shear are symmetric: the
-// lower one is minus the upper one.
+// Returns the bounds of a limit; if `edges` is true, high[0] bounds the strain of edges. If `bound`
+// is given, it replaces all finite upper bounds. The other bounds are multiplied by `scale`.
+// Without shear_min, the bounds of shear are symmetric: the lower one is minus the upper one.
 limit::Bounds bounds_of(const StrainLimit& limit, bool edges, std::optional<double> bound,
                         double scale) {
   const auto most = [&](double e) { return std::isfinite(e) ? bound.value_or(scale * e) : e; };

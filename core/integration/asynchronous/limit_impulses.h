@@ -36,7 +36,7 @@ class LimitImpulses {
 
   const ClothModel& model_;
   LimitElements elements_;
-  std::vector<Index> slot_of_;  // (m) slot of LimitElements; -1: unlimited
+  std::vector<Index> slot_of_;  // (m) slot of each triangle in LimitElements; -1: no limits
   // (limits) Bounds of the strain at the next event, and of the present strain. The bound of a
   // limit on edges is in high[0].
   std::vector<limit::Bounds> predicted_, present_;

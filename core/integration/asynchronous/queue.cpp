@@ -241,7 +241,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   std::vector<double> forces_;
   // (n x 3) mean velocities [m/s], used if the membrane is viscous
   Points rates_;
-  std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
+  // Bits of the limit phases that have been entered, see membrane::Tables; empty without limits.
+  std::vector<std::uint8_t> entered_;
   std::vector<BendingGroup> groups_;
   Vector own_;                      // (m) bending steps [s]; empty: bending acts at membrane events
   std::vector<Index> group_of_;     // (m) group that acts at the events of each triangle; -1: none

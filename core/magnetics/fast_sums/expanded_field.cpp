@@ -104,9 +104,9 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
   return result;
 }
 
-// A cube becomes a leaf if at most few() groups are near it, or if the radius of its circumscribed
-// sphere is less than 0.6 times the mean radius of these groups. Smaller leaves would speed up
-// evaluation, but would need more setup time and memory.
+// A cube becomes a leaf if at most SourceGroups::few() groups are near it, or if the radius of its
+// circumscribed sphere is less than 0.6 times the mean radius of the near groups. Smaller leaves
+// would speed up evaluation, but would need more setup time and memory.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

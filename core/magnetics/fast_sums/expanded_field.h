@@ -15,8 +15,8 @@ class ExpandedField {
   // `tolerance` is the tolerated error of field and gradient at a point, relative to their largest
   // values at the same distance from the source [1]. It must be in [3e-7, 0.1].
   ExpandedField(std::unique_ptr<SourceGroups> source, double tolerance);
-  // The next three functions compute mu0 H [T], its gradient [T/m] or both in the block layout of
-  // Source. The value at a point does not depend on the other points.
+  // The next three functions compute mu0 H [T], its gradient [T/m] or both at one block of points
+  // (see points_per_block). The value at a point does not depend on the other points.
   void field_and_gradient_block(const double* points, Index n, double* field,
                                 double* gradient) const;
   void field_block(const double* points, Index n, double* field) const;

@@ -82,7 +82,7 @@ struct Tracer {
   Vec3 mark = Vec3::Zero();            // position when n_steps was last a multiple of steps_to_move
   int n_steps = 0;                     // number of accepted steps
   Index origin = 0;                    // index of the seed
-  bool inside = false, close = false;  // inside: in a body; close: in a layer or its body
+  bool inside = false, close = false;  // inside: in a body; close: in a body or its layer
   bool away = false, done = false;     // away: has been far from its seed; done: has ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;

@@ -46,7 +46,7 @@ struct FieldLines {
 
 // Traces lines from the seeds. The tangent turns by at most about 0.1 rad between neighbouring
 // points, except where a line crosses a surface. Throws InvalidInput if a seed is not finite, if an
-// option is out of range, or if `extent` is 0 and the bodies have no extent.
+// option is not finite or out of range, or if `extent` is 0 and the bodies have no extent.
 FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
                              const LineSeeds& seeds, const LineOptions& options);
 

@@ -96,11 +96,13 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
 //
 // The decay that the coefficients show is used only if the series has converged or the user has
 // chosen a low degree. If it has not converged, even most of the force can be missing. The error is
-// then at least the force between an ideal plane and a dipole with the moment of the other body.
+// then at least the force between a plane of infinite permeability and a dipole with the moment of
+// the other body.
 double error_of_series(const MagneticBody& sphere, const MagneticBody& by, double force) {
   if (by.source->series_end().degree > 0) return 0.0;
   constexpr double converged = 6.0;
-  constexpr int chosen = 10;  // automatic degrees are higher, except at large distances
+  // Lower degrees count as chosen by the user. Automatic ones are so low only at large distances.
+  constexpr int chosen = 10;
   const SeriesEnd end = sphere.source->series_end();
   const double radius = sphere.source->radius(),
                distance = distance_to_source(by, sphere.pose.position),

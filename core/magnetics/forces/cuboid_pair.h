@@ -1,7 +1,7 @@
 // Force and torque between two uniformly magnetised cuboids with parallel edges, in closed form
 // [Akoun1984], [Janssen2010]. They are sums over 8 x 8 pairs of corners. Each term is a function of
-// the vector between the two corners. A term of the torque also depends on the position of one of
-// these corners relative to the centre of its cuboid, on which the torque acts.
+// the vector between the two corners. A term of the torque also depends on the position of the
+// corner of the cuboid on which the torque acts, relative to the centre of this cuboid.
 #pragma once
 
 #include <optional>

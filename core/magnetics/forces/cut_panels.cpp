@@ -116,7 +116,8 @@ class DiscCuts {
 std::vector<Panel> cut_along_faces(const Panel& panel, const RigidPose& pose,
                                    const UniformCuboid& cuboid) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  // A plane cuts a piece only if the piece extends at least this far on both sides of it [m].
+  // A plane cuts a piece only if the piece extends at least this far on both sides of the plane
+  // [m].
   const double flush = 1e-9 * cuboid.size.norm();
   std::vector<Polygon> pieces{corners_of(panel)}, parts;
   for (const int axis : {0, 1, 2})
@@ -182,7 +183,8 @@ std::vector<Panel> cut_disc_along_faces(const Panel& panel, const RigidPose& pos
   std::vector<Vec3> lines;
   for (const int axis : {0, 1, 2})
     for (const double side : {-0.5, 0.5}) {
-      // In the axes of the disc, the plane is the set of all x with normal . x = offset.
+      // In the axes of the disc, with the origin at its centre, the plane is the set of all x with
+      // normal . x = offset.
       const Vec3 normal = rotation.row(axis).transpose(), across(normal.x(), normal.y(), 0.0);
       const double offset =
           side * cuboid.size[axis] - pose.position[axis] - normal.z() * panel.height0;

@@ -28,8 +28,8 @@ std::vector<Panel> cut_disc_along_faces(const Panel& panel, const RigidPose& pos
 // Returns parts that together cover the disc `panel` with its charge density. The rims of the
 // cylinder or ring, projected along its axis onto the disc, cut the disc. Arcs of the rims become
 // edges v = 0 and v = 1 of the parts. A rim that does not surround the axis of the disc cuts
-// nothing. Returns no parts if no rim surrounds this axis, or if the axes differ by more than 5
-// degrees. `pose` is the pose of the disc's body in the axes of the cylinder.
+// nothing. Returns no parts if no rim surrounds this axis, or if the angle between the axes is more
+// than about 5 degrees. `pose` is the pose of the disc's body in the axes of the cylinder.
 std::vector<Panel> cut_along_rims(const Panel& panel, const RigidPose& pose,
                                   const UniformCylinder& cylinder);
 

@@ -25,6 +25,7 @@ struct Wrench {
 // Returns the wrench on `on` exerted by `by`. The estimated error of an adaptive integral is at
 // most `tolerance` times the largest of the force, torque / radius and `least` [N]; for exceptions,
 // see integrate_panels(). The radius is that of the body whose charge or current is integrated.
+// Throws InvalidInput if `tolerance` is not in [1e-12, 0.1] or a body is an open polyline.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least = 0.0);
 

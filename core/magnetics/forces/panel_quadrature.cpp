@@ -149,7 +149,7 @@ struct Subdivision {
   std::vector<Panel> panels;  // first those of the integrand, then pieces of them
   Index n_uncut = static_cast<Index>(panels.size());
   std::vector<Leaf> leaves = {};
-  std::vector<Index> n_parts = {};  // (panels) number of leaves; -1: cut, or not to be cut
+  std::vector<Index> n_parts = {};  // (panels) number of leaves; -1: must not be cut (again)
   Index evaluations = 0;
 
   void integrate_leaf(Leaf& leaf) {
@@ -173,9 +173,8 @@ struct Subdivision {
     if (n_parts[other.panel] >= 0) ++n_parts[other.panel];
   }
 
-  // Replaces a panel by panels along whose edges the field is singular, if they exist for this
-  // panel and the source of the field. Parts of these panels resolve the field with far fewer
-  // points.
+  // Replaces a panel by pieces along whose edges the field is singular, if the places where it is
+  // singular are known. Parts of these pieces resolve the field with far fewer points.
   void cut(Index panel) {
     const std::vector<Panel> pieces = integrand.cut(panels[panel]);
     n_parts[panel] = -1;

@@ -22,8 +22,8 @@ namespace loomstone {
 
 using DenseMatrix = Eigen::MatrixXd;
 
-// The matrix K of a shape (targets x sources) [m^2]. K_ij is the flux through panel i of a unit
-// charge density on panel j.
+// The matrix K of a shape (targets x sources) [m^2]. K_ij is the flux through panel i that a unit
+// charge density on panel j causes.
 class BoundaryElements {
  public:
   virtual ~BoundaryElements() = default;

@@ -34,6 +34,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& soft,
 // the body with saturation is that of the energy U(c) + g(c) if g'(c) = -U'(c). With
 // H = M_s (1/c - 1/chi), the function returns
 //   g(c) = -mu0 M_s^2 V / (2 c) (1 - r^2 + 2 r ln r),   r = c / chi.
+// It returns 0 for a body without saturation.
 double saturation_energy(const SoftBody& body, double effective);
 
 // Throws InvalidInput if a soft body overlaps another soft body or a magnet. Two bodies overlap if

@@ -64,7 +64,8 @@ void check_cells(int cells, const std::string& shape, const std::string& name = 
 void check_susceptibility(double susceptibility);
 
 // Returns a sphere of the given radius [m]. `degree` is the degree of the solid harmonics. If it is
-// 0, induce() chooses the degree from the distances to other bodies.
+// 0, induce() chooses the degree from the distances to other bodies. Throws InvalidInput if an
+// argument is out of range.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 
 // Returns a cuboid with edge lengths `size` [m]. Richardson extrapolation combines its responses on
@@ -76,11 +77,11 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
-// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. It has three grids. The
-// finest grid has `cells` rows of panels along the height, or more if the cylinder is slender; see
-// cylinder_panels(). Throws Unsupported if the height or the wall is less than a fiftieth of the
-// radius, and InvalidInput if an argument is out of range or the finest grid has more than 8,000
-// panels.
+// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0 [m]. Richardson extrapolation
+// combines its responses on three grids of panels. The finest grid has `cells` rows of panels along
+// the height, or more if the cylinder is slender; see cylinder_panels(). Throws Unsupported if the
+// height or the wall is less than a fiftieth of the radius, and InvalidInput if an argument is out
+// of range or the finest grid has more than 8,000 panels.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 

@@ -49,7 +49,7 @@ inline Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
 }
 
 // Returns the total magnetic scalar potential [A] of all bodies at points (n x 3) [m]. H is its
-// negative gradient.
+// negative gradient. Throws Unsupported if a body is a current or an induced body.
 Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bodies,
                           const ConstPointsRef& points);
 
@@ -59,8 +59,9 @@ Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bod
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 
 // make_mesh_magnet() and make_polyline() return a source and its pose in the frame of the mesh or
-// of the vertices [m]. The source's axes are parallel to those of this frame. Their origin is the
-// centre of volume of the mesh, or the mean of the vertices. Polarization [T], current [A].
+// of the vertices [m]. The axes of the source are parallel to those of this frame. The origin of
+// the source is the centre of volume of the mesh, or the mean of the vertices. The polarization is
+// in [T], the current in [A].
 MagneticBody make_mesh_magnet(const TriangleMesh& mesh, const Vec3& polarization);
 MagneticBody make_polyline(Points vertices, double current);
 

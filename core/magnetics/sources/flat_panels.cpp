@@ -101,8 +101,9 @@ struct HalfEdge {
   }
 };
 
-// Returns half of an edge along each axis. Multiples are integers, so the numbers of panels of two
-// grids have the same ratio along all edges, as Richardson extrapolation requires.
+// Returns the panels on half of an edge, for the edges along each axis. Multiples are integers, so
+// the numbers of panels of two grids have the same ratio along all edges, as Richardson
+// extrapolation requires.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
   // Largest width of panels far from the ends of an edge, unless panels grow towards the middle.
   // The unit is the width in the middle of the shortest edge, in the limit of many cells.

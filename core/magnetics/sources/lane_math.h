@@ -34,8 +34,8 @@ LOOMSTONE_INLINE Lanes lanes_with_sign(const Lanes& size, const Lanes& sign) {
   return lanes_of_bits<Lanes>((lanes_bits(size) & 0x7fffffffffffffffLL) |
                               (lanes_bits(sign) & std::numeric_limits<long long>::min()));
 }
-// Returns k as a double for the 64-bit integer 2^52 k with |k| <= 1024. The function avoids
-// arithmetic 64-bit shifts and conversions from 64-bit integers, which AVX2 lacks.
+// Returns k as a double, given the 64-bit integer 2^52 k with |k| <= 1024 (`bits`). The function
+// avoids arithmetic 64-bit shifts and conversions from 64-bit integers, which AVX2 lacks.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_exponent(const MaskOf<Lanes>& bits) {
   if constexpr (in_halves<Lanes>) {

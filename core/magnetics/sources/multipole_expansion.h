@@ -28,9 +28,9 @@ class MultipoleExpansion {
   static MultipoleExpansion of_dipoles(const Points& positions, const Points& moments,
                                        double radius);
 
-  // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is of the
-  // order of 1e-6 at 2 radii and of 1e-14 at `near` radii. Values at points closer than 2 radii are
-  // meaningless.
+  // Computes mu0 H [T] or its gradient [T/m] at one block of points (see points_per_block). The
+  // relative error is of the order of 1e-6 at 2 radii and of 1e-14 at `near` radii. Values closer
+  // than 2 radii are meaningless.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;
 

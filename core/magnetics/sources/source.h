@@ -53,7 +53,8 @@ struct UniformCylinder {
 // End of a series of solid harmonics.
 struct SeriesEnd {
   int degree = 0;  // 0: no series
-  // Number x such that the terms of high degree l of the force on the source decay as exp(-x l).
+  // Number x such that the terms of high degree l of the force on the source decay as exp(-x l); 0
+  // if unknown.
   double decay = 0.0;
 };
 
@@ -90,8 +91,8 @@ class Source {
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
-  // Solid harmonics describe the induced charge of a sphere. Returns the end of their series; all
-  // other sources have no such series.
+  // Returns the end of the series of solid harmonics that describes the induced charge of a sphere.
+  // For all other sources, the degree of the result is 0.
   virtual SeriesEnd series_end() const { return {}; }
   // Returns false for an open current path.
   virtual bool steady() const { return true; }

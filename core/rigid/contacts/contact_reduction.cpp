@@ -14,7 +14,8 @@ using Indices = std::vector<std::size_t>;
 
 constexpr std::size_t most_kept = 4;  // largest number of contacts in a Bullet manifold
 
-// Contacts that existed in the last step count as slightly deeper and farther out.
+// Chooses the contacts to keep. Contacts that existed in the last step are preferred: they count as
+// slightly deeper and as slightly farther from the other contacts.
 class Reduction {
  public:
   Reduction(const std::vector<HullContact>& contacts, double near, double margin,
@@ -113,8 +114,8 @@ class Reduction {
     Indices others;
     for (const std::size_t k : all_)
       if (std::ranges::find(chosen, k) == chosen.end()) others.push_back(k);
-    // Sorted by gap, because largest() chooses the first of several contacts that are nearly as
-    // far away.
+    // Sorted by gap, because largest() chooses the first of several contacts that are about
+    // equally far away.
     std::ranges::stable_sort(others, {}, [&](std::size_t k) { return contacts_[k].gap; });
     while (chosen.size() < most_kept) {
       const std::size_t farthest = largest(others, 0.1, [&](const Vec3& x) {

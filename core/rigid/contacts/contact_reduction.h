@@ -1,4 +1,5 @@
-// Choice of the contacts in one plane that the contact solver receives. Independent of Bullet.
+// Reduces the contacts in one plane to the few that the contact solver receives. Independent of
+// Bullet.
 #pragma once
 
 #include <vector>

@@ -22,8 +22,8 @@ struct ConvexPolyhedron {
   std::vector<Edge> edges;  // excludes edges between coplanar faces
   Vec3 centre;              // mean of the points
 
-  // `loops` lists the corners of each face, as indices of `points`, in cyclic order: for all faces
-  // counter-clockwise, or for all faces clockwise, seen from outside.
+  // `loops` lists the corners of each face in cyclic order, as indices of `points`. Seen from
+  // outside, either all loops are counter-clockwise or all are clockwise.
   ConvexPolyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
   // Returns the points that are true corners. Points inside a face or an edge, which rounding can
   // leave in a hull, are excluded.

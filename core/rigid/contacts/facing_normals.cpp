@@ -99,8 +99,8 @@ class FacingNormals {
     }
   }
 
-  // Collects the triangles that are linked with `first`, and orients them alike. Returns false if
-  // that is impossible.
+  // Collects in `surface` the triangles that are connected with `first` by links, and orients them
+  // alike. Returns false if they cannot be oriented alike.
   bool spread(std::size_t first, std::vector<std::size_t>& surface) {
     bool orientable = true;
     surface.assign(1, first);
@@ -120,7 +120,7 @@ class FacingNormals {
   }
 
   // Returns a positive number if the hull is on the side to which the oriented normals point, a
-  // negative one if it is on the other side, and 0 if the surface does not tell.
+  // negative one if it is on the other side, and 0 if the side cannot be determined.
   double side_of(const std::vector<std::size_t>& surface) const {
     bool in_front = false, behind = false;
     for (const std::size_t t : surface)
@@ -148,7 +148,8 @@ class FacingNormals {
     return normal ? normal->dot(query_.centre - closest.point) : 0.0;
   }
 
-  // Returns the oriented normal at a point of triangle t, or nothing on the surface's boundary.
+  // Returns the oriented normal, of any length, at a point of triangle t. Returns nothing on the
+  // surface's boundary.
   std::optional<Vec3> normal_at(std::size_t t, const TrianglePoint& point) const {
     if (point.feature == TriangleFeature::Face) return oriented(t);
     if (point.feature == TriangleFeature::Edge) {
@@ -190,7 +191,7 @@ class FacingNormals {
   const FacingQuery& query_;
   std::vector<std::array<Link, 3>> links_;
   std::vector<int> orientation_;    // 1: as the surface's first triangle; -1: opposite; 0: unknown
-  std::vector<std::size_t> first_;  // the first triangle of the surface
+  std::vector<std::size_t> first_;  // first triangle of the surface of each triangle
   std::vector<double> own_;         // own_side() of each triangle
   std::vector<Vec3> normals_;
 };

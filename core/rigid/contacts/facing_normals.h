@@ -15,18 +15,18 @@ struct FacingQuery {
   const SharedCorners& shared;  // of these triangles
   const Vec3& centre;           // of the hull
   // Contacts of the last step, whose `point` lies on the hull. A contact counts for every triangle
-  // that is nearly perpendicular to its normal and whose plane is less than `reach` [m] from this
-  // point.
+  // that is nearly perpendicular to the contact's normal and whose plane is less than `reach` [m]
+  // from this point.
   const HullOnTriangles::Contacts& before;
   double reach;
 };
 
-// Returns the unit normal of each triangle that points to the hull's side of the surface, or zero
-// for triangles without area. Triangles with common edges form a surface, and all of them face the
-// same side of it: that of the contacts of the last step or, if there are none or they contradict
-// each other, that of the hull's centre. The surface normal at the point closest to the centre
-// determines the side of the centre. At an edge, this normal is the mean of the normals of the two
-// triangles; at a corner, it is the mean over the triangles there, weighted by their angles
+// Returns, for each triangle, the unit normal that points to the hull's side of the surface, or
+// zero if the triangle has no area. Triangles with common edges form a surface, and all of them
+// face the same side of it: that of the contacts of the last step or, if there are none or they
+// contradict each other, that of the hull's centre. The surface normal at the point closest to the
+// centre determines the side of the centre. At an edge, this normal is the mean of the normals of
+// the two triangles; at a corner, it is the mean over the triangles there, weighted by their angles
 // [BaerentzenAanaes2005]. A triangle therefore does not turn to a hull that lies behind the plane
 // of the triangle but outside the surface. If the surface does not have two sides at the closest
 // point, as at its boundary, each triangle faces the contacts in its own plane or the centre.

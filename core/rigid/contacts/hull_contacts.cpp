@@ -48,7 +48,7 @@ struct HullEdge {
 };
 
 // Returns the unit vector from a side of a triangle to an edge of the hull, perpendicular to both,
-// or nothing if the two cannot have a contact.
+// or nothing if the two are parallel or cannot have a contact.
 std::optional<Vec3> axis_of_edges(const HullEdge& edge, const HullOnTriangles::Corners& triangle,
                                   int side) {
   const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
@@ -67,7 +67,7 @@ std::optional<Vec3> axis_of_edges(const HullEdge& edge, const HullOnTriangles::C
 }
 
 // Returns the point of a side of a triangle that is nearest to the line of an edge of the hull, if
-// the nearest points of the two lines lie on side and edge.
+// the nearest points of the two lines lie on the side and on the edge.
 std::optional<Vec3> nearest_on_side(const HullEdge& edge, const HullOnTriangles::Corners& triangle,
                                     int side) {
   const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
@@ -185,9 +185,9 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// Clips the triangle with the planes of the hull faces whose directions differ from that of `face`.
-// Adds contacts at those corners of the result whose gap is at most `near`; if `own`, only at
-// corners of the triangle itself.
+// Clips the triangle with the planes of the hull faces whose normals are not nearly parallel to
+// that of `face`. Adds contacts at those corners of the result whose gap is at most `near`; if
+// `own`, only at corners of the triangle itself.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near, bool own) {
   const ConvexPolyhedron::Face& below = hull_->faces[face];
@@ -245,15 +245,15 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 }
 
 // Treats the triangles one by one. The axis of least overlap of hull and triangle is admissible if
-// it is nearly parallel to the triangle's normal or if no neighbouring triangle extends farther
-// along it. An admissible axis gives contacts at once. An axis that is not admissible gives none if
-// hull and triangle are apart along it. If they overlap along it, let o be the overlap of the hull
-// with all triangles along this axis, and m the overlap of hull and triangle along the best
-// admissible axis. If o <= m, the axis of least overlap gives one candidate for a contact, with the
-// overlap o. If o > m, contacts have the direction of the best admissible axis; they are deferred
-// if m is far larger than the least overlap. If no other contact overlaps, the candidate with the
-// smallest o is added, together with the deferred contacts whose m is less than this o; if there is
-// no candidate, all deferred contacts are added instead.
+// it is nearly parallel to the triangle's normal, or if Axis::met is true. An admissible axis gives
+// contacts at once. An axis that is not admissible gives none if hull and triangle are apart along
+// it. If they overlap along it, let o be the overlap of the hull with all triangles along this
+// axis, and m the overlap of hull and triangle along the best admissible axis. If o <= m, the axis
+// of least overlap gives one candidate for a contact, with the overlap o. If o > m, contacts have
+// the direction of the best admissible axis; they are deferred if m is far larger than the least
+// overlap. If no other contact overlaps, the candidate with the smallest o is added, together with
+// the deferred contacts whose m is less than this o; if there is no candidate, all deferred
+// contacts are added instead.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -135,9 +135,9 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
 }
 
 // Fills ahead_ with each triangle's first contact along the motion, sorted by time. The sphere is
-// in contact when its gap is at most `exact` [m]. A contact counts only if its point is a local
-// minimum of the distance from the centre to the surface at the time of contact, and if no contact
-// in touching_ has the same normal.
+// in contact when its gap is at most `exact` [m]. A contact counts only if it does not exist at the
+// start, if the sphere moves towards it, if its point is a local minimum of the distance from the
+// centre to the surface at the time of contact, and if no contact in touching_ has the same normal.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
                                    const MovingSphere& sphere, double exact) {
   const auto& [centre, radius, motion] = sphere;

@@ -41,7 +41,7 @@ struct MovingSphere {
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near` [m]. If the part of the motion that these contacts
-  // do not block is longer than `near`, then adds contacts ahead: the first ones during this part.
+  // do not block is longer than `near`, also adds contacts ahead: the first ones during this part.
   // If the whole motion is longer than `near`, contacts with a gap above 0.1 `near` that the motion
   // may close are added only if the search ahead finds them. `contacts` must be empty on entry. If
   // there are more than `most` contacts, keeps the first contact ahead, if any, then contacts at

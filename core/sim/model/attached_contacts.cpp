@@ -18,12 +18,12 @@ namespace {
 // distance at the start. Our choice. With 1, contacts would push against an attachment as soon as
 // its vertex yields towards the body.
 constexpr double share_of_start = 0.75;
-// Smallest contact distance as a multiple of CollisionModel::gap_floor, the gap that certification
-// keeps. Our choice: contacts need room to stop features before they reach this gap.
+// Smallest contact distance as a multiple of CollisionModel::gap_floor, the largest gap that
+// certification keeps. Our choice: contacts need room to stop features before they reach this gap.
 constexpr double least_floors = 10.0;
 
-// Smallest distance at the start between a body and the features that contain a vertex attached to
-// this body [m]; infinity: farther than the search reaches.
+// Smallest distance at the start between a body, given by its surface, and the features that
+// contain a vertex attached to this body [m]. Infinity: farther than the search reaches.
 struct AttachedGap {
   Index vertex, surface;
   double gap = std::numeric_limits<double>::infinity();

@@ -155,8 +155,8 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   }
 }
 
-// Assigns each collision vertex its row in the implicit solve: for a vertex of a body, the first of
-// the two rows of that body; for a vertex of an obstacle, -1.
+// Assigns each collision vertex its row in the implicit solve: for a cloth vertex, its own row; for
+// a vertex of a body, the first of the two rows of that body; for a vertex of an obstacle, -1.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);
@@ -170,8 +170,9 @@ void number_rows(Model& model) {
     }
 }
 
-// Upper limit of gap_floor(), the gap that certification keeps open, as a fraction of the smallest
-// contact distance. Our choice: well above rounding errors, and too small to be seen.
+// Upper limit of gap_floor() (narrow_phase/continuous.h), the gap that certification keeps open, as
+// a fraction of the smallest contact distance. Our choice: well above rounding errors, and too
+// small to be seen.
 constexpr double gap_floor_of_thickness = 0.004;
 
 double least_thickness(const CollisionModel& model) {

@@ -27,7 +27,8 @@ MagneticScene magnetic_scene(const Scene& scene, const Model& model) {
   return magnetic;
 }
 
-// Refuses bodies whose initial motion is not a rotation about their bearing.
+// Throws InvalidInput if the initial motion of a body with a bearing is not a rotation about the
+// axis of the bearing.
 void check_guided_motion(const Scene& scene, const MagneticModel& model) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     if (!model.bodies[b].bearing) continue;

@@ -48,7 +48,9 @@ struct Model {
   std::vector<std::uint8_t> prescribed;  // (rows) 1: prescribed vertex
   Vector inverse_mass;      // (collision vertices) nonzero only for free cloth vertices [1/kg]
   double cloth_size = 0.0;  // diagonal of the bounding box of all cloths at the start [m]
-  MagneticModel magnetics;  // its carriers are the bodies, then the obstacles
+  // Magnets, coils and bearings. The index `carrier` of a magnet or coil counts the bodies, then
+  // the obstacles.
+  MagneticModel magnetics;
 
   // Returns the user's vertex index of a cloth row.
   Index vertex_of_row(Index row) const {

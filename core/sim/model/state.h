@@ -1,5 +1,6 @@
-// The state of a simulation. After steps that allow a checkpoint, it is complete: Model, State and
-// the options of the integrator determine all later steps. A checkpoint contains the entire State.
+// The state of a simulation. After steps that allow a checkpoint (Simulation::may_checkpoint()),
+// the state is complete: Model, State and the options of the integrator determine all later steps.
+// A checkpoint contains the entire State.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,8 @@ struct SteppedState {
   // unresolved impacts. Written by build(), by functions that set positions, and by the stepper.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
-  // (k x 3) the same at the start of the last part [m]; no rows: the user had set no pose
+  // (k x 3) vertices of all obstacles at the start of the last part [m]; no rows: the user had set
+  // no pose
   Points previous_obstacle_vertices;
 
   std::size_t bytes() const {

@@ -10,7 +10,7 @@ namespace loomstone {
 // Begins the account of `state` at the start of a step, unless the state already has an account.
 void begin_account(const Engines& engines, State& state);
 
-// Data that decide how energy changes between the solve and the end of a part are attributed.
+// Data that determine the causes to which changes of energy after the solve are attributed.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part
@@ -61,9 +61,10 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // is at rest.
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
-// vanished. This check is omitted if limit phases may store the work, and in steps to which the
-// last paragraph applies. Work of scripts vanishes where cloth slides over an edge: the plane of a
-// contact stays the same within a part, so contacts hold back the cloth.
+// vanished. This check is omitted if limit phases may store the work, if StepContext::saves_work is
+// false, and in steps to which the last paragraph applies. Work of scripts vanishes where cloth
+// slides over an edge: the plane of a contact stays the same within a part, so contacts hold back
+// the cloth.
 //
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,

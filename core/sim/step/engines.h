@@ -61,7 +61,7 @@ struct Engines {
   // Null: no bodies, or neither magnets nor coils nor bearings.
   std::unique_ptr<MagneticMotion> magnetics;
   std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits
-  std::optional<double> accuracy;            // accuracy of steps [1], see ImplicitOptions
+  std::optional<double> accuracy;            // ImplicitOptions::accuracy [1]; null: none
   std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
   // False: impulses resolve contacts, after the solve or at events.
   bool contacts_in_solve = false;

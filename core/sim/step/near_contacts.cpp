@@ -56,8 +56,8 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
 // Returns the mean velocities of obstacle vertices in this part minus those in the last part
 // (k x 3) [m/s]. Returns no rows if the length of the last part is unknown or no obstacle moves in
 // this part. Velocities in the last part are turned with an obstacle that rotates, so steady
-// rotation gives no change. The change is 0 for an obstacle whose pose the user has set for the
-// first time.
+// rotation gives no change. The change is 0 for obstacles whose pose the user has set, if no
+// obstacle had a pose set by the user in the last part.
 Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
                         const Model& model) {
   const Points &now = state.obstacle_vertices, &next = loads.next_obstacles,

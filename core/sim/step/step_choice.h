@@ -11,7 +11,7 @@ namespace loomstone {
 
 struct StepChoice {
   double largest = 0.0;    // length of steps; if automatic, the largest length [s]
-  bool automatic = false;  // true: error, dissipation and contacts may shorten steps
+  bool automatic = false;  // true: steps may be shorter; see automatic_step() and take_parts()
   // If the step of an explicit scheme is "auto": the step at which cloth that is not stretched is
   // just stable [s]. Otherwise 0.
   double stable = 0.0;

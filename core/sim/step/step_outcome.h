@@ -23,7 +23,7 @@ struct StepOutcome {
   StepReport report;
   SteppedState start;  // state at the start of the step; frames within the step interpolate from it
   std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
-  // (n) For each cloth vertex: 1 in contact, 2 in a triangle of `forced`, otherwise 0.
+  // (n) For each cloth row: 1 in contact, 2 in a triangle of `forced`, otherwise 0.
   std::vector<std::uint8_t> contact;
   // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
   // triangle indices, in descending order of excess.

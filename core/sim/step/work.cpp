@@ -44,9 +44,9 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
 // bodies in bearings that touch others turn too little.
 constexpr double largest_exact_turn = M_PI / 4.0;
 
-// Returns the rotation vector in world axes [rad] of a turn from `start` to `end`, which can be
-// longer than pi. The result is `guess`, which selects the number of whole turns, plus the rotation
-// that remains. Half of `guess` is undone at each end, so the reverse turn has the opposite vector.
+// Returns the rotation vector in world axes [rad] of a turn from `start` to `end`. The turn can
+// exceed pi. The result is `guess`, which selects the number of whole turns, plus the rotation that
+// remains. Half of `guess` is undone at each end, so the reverse turn has the opposite vector.
 Vec3 turn_near(const Vec3& guess, const Vec4& start, const Vec4& end) {
   const Vec4 back = quaternion_from_rotation_vector(-0.5 * guess);
   const Vec4 turn = quaternion_product(end, quaternion_inverse(start));

@@ -23,7 +23,7 @@ R = TypeVar("R")
 
 
 def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
-    """Returns `value` as an array; raises InvalidInput unless it is `size` finite numbers."""
+    """Returns `value` as an array; raises InvalidInput unless it holds `size` finite numbers."""
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):

@@ -36,7 +36,7 @@ class WrongArguments(TypeError):
 
 
 def _sentence(text: str) -> str:
-    """Turns the report of pybind11, which has several lines, into one sentence."""
+    """Turns the message of pybind11, which has several lines, into one sentence."""
     found = _REJECTED.match(text)
     assert found is not None
     name, constructor = found[1], found[2] == "constructor"

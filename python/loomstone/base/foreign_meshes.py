@@ -29,8 +29,8 @@ def converted(value: Any) -> TriangleMesh | None:
     out, because the uv of a TriangleMesh are lengths [m].
 
     Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or polygons, with
-    curved cells (such as triangle6 or quad8), with a polygon whose outline crosses itself, or with
-    triangles that TriangleMesh rejects.
+    curved faces (such as triangle6 or quad8), with an index out of range, with a polygon whose
+    outline crosses itself, or with vertices or triangles that TriangleMesh rejects.
     """
     classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
     if ("trimesh", "Trimesh") in classes:

@@ -28,7 +28,7 @@ def _is_command(words: list[str]) -> bool:
 
 
 def leave_interrupts_to_python() -> None:
-    """Lets Ctrl-C raise KeyboardInterrupt from now on."""
+    """Lets Ctrl-C raise KeyboardInterrupt again, if this module has replaced the handler."""
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

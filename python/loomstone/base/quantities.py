@@ -27,7 +27,7 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
     """Returns a quantity as a plain number or array in `unit`, and any other value unchanged.
 
     Lists and tuples may contain quantities. A quantity of another dimension raises an InvalidInput
-    that names the value by `where`.
+    whose message begins with `where`.
     """
     if type(value) in _PLAIN:
         return value

@@ -87,8 +87,11 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     Errors of loomstone and of the operating system, and broken claims of scene files, are printed
     in one line. The exit code is then 2 for a WrongCommand, and 1 for the others. If one rank
     raises such an error, or an unexpected exception, all ranks end. If the reader of a pipe has
-    closed it, the command ends with exit code 1 and without a message. Ctrl-C ends it with exit
-    code 130, or with 1 if a signal has already asked a run to end.
+    closed the pipe, the command ends with exit code 1 and without a message. Ctrl-C ends the
+    command with exit code 130, or with 1 if a signal has already asked a run to end.
+
+    parallel : whether the ranks that MPI has launched work together; if False, each process runs
+        the whole command
     """
 
     def fail(message: str, code: int = 1) -> NoReturn:
@@ -138,7 +141,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
 
 
 def _sentence(error: Exception) -> str:
-    """Returns the message of an error; for an OSError, its file name and its reason."""
+    """Returns the message of an error; for an OSError, its reason after its file name, if any."""
     if isinstance(error, Error) or not isinstance(error, OSError) or not error.strerror:
         return str(error)
     return f"{error.filename}: {error.strerror}" if error.filename else error.strerror

@@ -25,7 +25,8 @@ from .facts import mesh_of
 __all__ = ["check_run", "check_scene", "describe", "print_source", "report_text"]
 
 # Printed names of losses of energy. Losses that are not listed are printed under their own names.
-# Certification dissipates energy when it resolves impacts, even if it withholds no motion.
+# `withheld` includes the energy that certification dissipates at impacts, even if it withholds no
+# motion.
 LOSSES = {"withheld": "impacts and withheld motion"}
 
 
@@ -111,7 +112,7 @@ def print_source(path: Path) -> None:
 
 
 def check_run(run: Run, *, trust: bool = False) -> bool:
-    """Prints the frames with intersecting cloth, and checks the claims of the scene file.
+    """Prints the frames with intersecting cloth, and checks the claims (check()) of the scene file.
 
     trust : run the program stored in the run even if it differs from the scene file on disk
 

@@ -60,9 +60,9 @@ def plot(
     steps.csv. The plot of strain shows the largest strain in each direction, its excess over
     limits, and the sweeps of strain limiting. `--what parallel` compares runs of a scene on
     different numbers of ranks, and shows the predictions of `loomstone replay`. It averages runs
-    that have the same number of ranks and the same decomposition. `force` plots the force of one
-    magnet on another against the gap between them. `torque` plots the torque on one of them against
-    the angle by which it is turned.
+    that have the same number of ranks and the same decomposition. `force` plots the force on the
+    first magnet against the gap between it and the second. `torque` plots the torque on the first
+    magnet against the angle by which this magnet is turned.
 
     \b
         loomstone plot out/drape --what stages

@@ -204,9 +204,9 @@ _FIELDS = (
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
-    """Returns the options of the pictures, changed by `given`.
+    """Returns the options of the pictures, changed by the command-line options `given`.
 
-    The options are those of existing pictures, or else of the run, or else the defaults.
+    The unchanged options are those of existing pictures, or else of the run, or else the defaults.
     """
     options = drawn_with(run.directory / "frames")
     options = options or (stored_options(run)[3] if "render" in run.metadata else RenderOptions())

@@ -109,7 +109,7 @@ def _tell(failed: list[tuple[Point, int]]) -> None:
 
 
 def _read_values(scene: Path, p: list[str]) -> tuple[SceneFile, dict[str, list[Any]]]:
-    """Returns the scene file with the first value of each parameter, and all values."""
+    """Returns the scene file, opened with the first value of each parameter, and all values."""
     with command_line():
         try:
             first = {name: each[0] for name, each in parse_values(p).items()}
@@ -133,7 +133,7 @@ def _with_texts(scene: Path, p: list[str]) -> SceneFile | None:
 
 
 def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str | None) -> None:
-    """Claims the directory of a sweep, if the options are valid.
+    """Checks the options of a sweep, and makes its directory (see claim() in sweeps/plan.py).
 
     Prints a message if the duration is not a whole number of frames.
     """
@@ -145,7 +145,10 @@ def _begin(file: SceneFile, target: Path, given: dict[str, Any], scheduler: str 
 
 
 def _show(points: list[Point], n_own: int, plot: list[str], target: Path) -> None:
-    """Writes the table and the plots. Points after the first `n_own` belong to earlier sweeps."""
+    """Writes the table and the plots.
+
+    points : combinations of parameters; those after the first `n_own` belong to earlier sweeps
+    """
     rows, earlier = write_table(points, target / "table.csv"), len(points) - n_own
     told = f", {earlier} of them of earlier sweeps" if earlier else ""
     print(f"table: {target / 'table.csv'} ({len(rows)} runs{told})")

@@ -17,8 +17,8 @@ __all__ = ["Words"]
 class Words:
     """Prints the output of a command on rank 0, and nothing on other ranks.
 
-    With `as_json`, anything else that is printed inside the `with` block of this object, such as by
-    a scene file, goes to standard error.
+    With `as_json`, text that other code, such as a scene file, prints inside the `with` block of
+    this object goes to standard error.
 
     quiet : print no text except by insist()
     as_json : print no text except by insist(), but print the objects passed to json()

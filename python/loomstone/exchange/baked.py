@@ -27,9 +27,10 @@ def read_parts(
         a USD file; None: only the rest pose (glTF) or the first frame (USD)
     with_uv : whether texture coordinates are read
 
-    Raises CacheError if the file cannot be read, Unsupported if the package for its format is
-    missing or the file requires an unknown glTF extension, and InvalidInput if the file has no
-    visible mesh or no such animation.
+    Raises CacheError if the file cannot be read, and Unsupported if the package for its format is
+    missing or the file requires an unknown glTF extension. Raises InvalidInput if the file has no
+    visible mesh, if the animation is missing or ambiguous or has too many samples, or if the data
+    of a mesh are invalid.
     """
     if not path.is_file():
         raise CacheError(f"{path}: cannot be read: there is no such file")
@@ -77,7 +78,8 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
 def _path_named(path: Path, parts: list[Part], name: str) -> str:
     """Returns the path of the part with the name `name`, or else of the part with the path `name`.
 
-    The first slash of the path may be left out. Parts of glTF can have equal paths.
+    The first slash of the path may be left out. Several parts of a glTF file may have this path.
+    Raises InvalidInput if no part has this name or path, or if parts of this name differ in path.
     """
     found = list(dict.fromkeys(part.path for part in parts if part.name == name))
     if len(found) > 1:

@@ -10,7 +10,7 @@ __all__ = ["corner_normals"]
 
 
 def corner_normals(points: Floats, triangles: Indices, crease: float = 40.0) -> Floats:
-    """Returns the unit normals at the corners (3 m x 3).
+    """Returns the unit normals (3 m x 3) at the corners of m triangles.
 
     Each has the direction of the area-weighted mean of the normals of the triangles around the
     corner's vertex, or (0, 0, 1) if this mean vanishes. Triangles whose normals deviate by `crease`

@@ -72,8 +72,8 @@ def _target(
 ) -> tuple[Path, Format]:
     """Returns the path and the format. If one of them is not given, the other determines it.
 
-    Raises InvalidInput if neither is given, if the path does not determine the format, or if the
-    path does not fit the format.
+    Raises InvalidInput for an unknown format, if neither is given, if the path alone is given and
+    does not determine the format, or if the path does not fit the format.
     """
     to = format_of(to)
     if out is None:

@@ -30,7 +30,8 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
 
     Omits channels without a node. The animations have the order of `names`. If several of the
     channels move the same property of a node, the caller must use the last one. Raises InvalidInput
-    if the file has no animation or lacks a named one, or if it has several and no name is given.
+    if the file has no animation or lacks a named one, if it has several and no name is given, or if
+    the keyframes of a channel are invalid.
     """
     animations = file.content.animations
     known = [item.name or f"animation {i}" for i, item in enumerate(animations)]
@@ -57,7 +58,7 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
 
 
 def value_at(channel: Channel, time: float) -> Floats:
-    """Returns the value of a channel at a time [s]; it is constant outside the keyframes."""
+    """Returns the value of a channel at a time [s], constant beyond its first and last keyframe."""
     times, values = channel.times, channel.values
     cubic = channel.interpolation == "CUBICSPLINE"
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))

@@ -13,7 +13,8 @@ from .surfaces import Floats, Surface
 __all__ = ["Motion", "motions_of"]
 
 # Largest deviation of a coordinate from a rigid motion at which a surface counts as rigid, as a
-# fraction of the longest edge of its bounding box. It allows for rounding to single precision.
+# fraction of the longest edge of the surface's bounding box. The value allows for rounding to
+# single precision.
 _RIGID = 1e-6
 
 

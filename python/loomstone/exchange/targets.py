@@ -57,7 +57,7 @@ def unfinished(path: Path, *, size: int) -> Iterator[Path]:
 def unfinished_directory(directory: Path) -> Iterator[Path]:
     """Yields the path of a new directory, whose files move to `directory` when all are complete.
 
-    The new directory lies in `directory`, which therefore may be the working directory or a mount.
+    The new directory lies in `directory`, which may therefore be a mount point.
     If writing fails, the new directory is removed, and `directory` too if it did not exist before.
     An OSError then becomes a CacheError.
     """

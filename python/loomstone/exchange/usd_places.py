@@ -28,8 +28,10 @@ def placed_meshes(
 ) -> tuple[list[tuple[Any, Place]], list[str]]:
     """Returns visible meshes with their places, and the paths and types of other visible shapes.
 
+    A place is a function from a time code to matrices; see the top of this file.
+
     to_metres : (4 x 4) maps points (as rows) of the stage to metres with z up
-    first_code : time code at which instances are chosen
+    first_code : first time code, at which the instances of each prototype are chosen
     """
     search = _Search(path, stage, first_code)
 
@@ -66,10 +68,10 @@ class _Search:
                 self.left_out += [] if shape in self.left_out else [shape]
 
     def _visible(self, root: Any) -> Iterator[Any]:
-        """Yields `root` and the prims below it that are shown, but not the prims below instancers.
+        """Yields the shown prims among `root` and its descendants, except those below instancers.
 
-        Invisible prims, guides, proxies and prototypes are left out. Whether a prototype is
-        invisible does not depend on the prims above it.
+        Invisible prims, guides and proxies are left out, and so are prototypes other than `root`.
+        Whether a prototype is invisible does not depend on the prims above it.
         """
         usd, geometry = self._usd, self._geometry
         predicate = usd.PrimDefaultPredicate if root.IsPseudoRoot() else self._anywhere

@@ -132,6 +132,8 @@ def cubic(
 def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge:
     """Circular arc from start to end through a third point [m].
 
+    Raises InvalidInput if the three points lie on a line.
+
     >>> round(arc("neck", (0.1, 0), (0, 0.1), (-0.1, 0)).length, 5)
     0.31416
     """
@@ -144,7 +146,7 @@ def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge
 def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
     """Full circle, clockwise from its topmost point, for round holes; lengths in [m].
 
-    Raises InvalidInput for a radius that is not positive.
+    Raises InvalidInput unless the centre is two finite numbers and the radius is positive.
 
     >>> round(circle("eyelet", (0, 0), 0.01).length, 4)
     0.0628

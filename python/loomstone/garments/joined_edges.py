@@ -124,7 +124,7 @@ def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edg
 
 
 def _boundary_places(sides: Sides) -> dict[int, tuple[int, int]]:
-    """Returns, for each boundary vertex, a number of its loop, and a number that grows along it."""
+    """Returns, for each boundary vertex, the number of its loop and its place along this loop."""
     following = {a: b for a, b in sides if (b, a) not in sides}
     places: dict[int, tuple[int, int]] = {}
     for loop, start in enumerate(following):

@@ -35,9 +35,9 @@ class Panel:
     place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x
         2) to (n x 3) [m]
 
-    Raises InvalidInput naming the panel if a loop of edges is open or empty, crosses itself or
-    another loop, or has the wrong orientation. Holes must lie inside the outline and outside other
-    holes.
+    Raises InvalidInput if a loop of edges is open or empty, has no area or the wrong orientation,
+    or crosses or touches itself or another loop; if a hole lies outside the outline or inside
+    another hole; if two edges have the same name; or if `name` or `place` is invalid.
 
     >>> import loomstone as ls
     >>> corners = [(0, 0), (0.3, 0), (0.3, 0.4), (0, 0.4)]

@@ -69,7 +69,7 @@ class Boundary:
 def triangulated(
     boundary: Boundary, interior: int, *, seed: int, where: str
 ) -> tuple[Floats, Indices]:
-    """Returns the points and the triangles of a mesh of the piece.
+    """Returns the points (n x 2) [m] and the triangles (m x 3) of a mesh of the piece.
 
     The boundary points come first, in order. There are boundary.triangles(interior) triangles,
     which are oriented counter-clockwise.
@@ -188,9 +188,10 @@ def _faces(points: Floats, boundary: Boundary) -> Indices:
 
 
 def improve(points: Floats, faces: Indices, fixed: int) -> bool:
-    """Moves interior vertices of poor triangles, so that the smallest angle around them increases.
+    """Moves interior vertices, so that the smallest angle of the triangles around them increases.
 
-    Each vertex is moved by a compass search. Returns whether any vertex moved.
+    Vertices of triangles with an angle below WANTED_DEGREES are moved, each by a compass search.
+    Returns whether any vertex moved.
     """
     poor = np.unique(faces[smallest_angles(points, faces) < WANTED_DEGREES])
     order = np.argsort(faces, axis=None, kind="stable")  # corners sorted by vertex
@@ -219,8 +220,8 @@ def improve(points: Floats, faces: Indices, fixed: int) -> bool:
 def _worst(places: Floats, ring: Floats) -> Floats:
     """Rates trial positions (k x 2) of a vertex by the triangles around it.
 
-    Returns, for each position, minus the largest cosine of their angles, or -2 if a triangle would
-    be inverted or flat.
+    Returns, for each position, minus the largest cosine of an angle of these triangles, or -2 if a
+    triangle would be inverted or flat.
     """
     first, last = ring[None, :, 0] - places[:, None], ring[None, :, 1] - places[:, None]
     across = (ring[:, 1] - ring[:, 0])[None]

@@ -29,7 +29,7 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
 
     Between two such bodies, force() and forces() sum over the cells that cell_front() returns. A
     cell that is not a leaf is only used at distances of at least `separation` times its longest
-    edge, which is eq. (6.19) with r_0 = separation / density^(1/3). field() sums over the leaves.
+    edge. This is eq. (6.19) with r_0 = separation / density^(1/3). field() sums over the leaves.
     The force between two cubes of 8 x 8 x 8 cells is 39 % too large in contact, and 4 % too large
     at a gap of a twentieth of their size. Raises InvalidInput for currents, dipoles and induced
     bodies, density <= 0, separation < 1, and density * volume of the bounding box > 4,000,000.
@@ -48,7 +48,7 @@ def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells of one level.
 
     Level 0 is the whole body. Leaves that lie on coarser levels are included. Raises InvalidInput
-    for a negative level.
+    for a negative level, and for a body that cells() has not made.
     """
     if level < 0:
         raise InvalidInput(f"level must be at least 0, got {level}")
@@ -60,7 +60,7 @@ def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells that act on `other`.
 
     These are the coarsest cells of `body` that are far enough from `other` for their size, and
-    leaves where no cell is far enough. Both bodies must be made by cells().
+    leaves where no cell is far enough. Raises InvalidInput unless cells() has made both bodies.
     """
     return _core.magnetic_cell_front(body, other)
 

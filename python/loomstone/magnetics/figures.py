@@ -112,8 +112,8 @@ def plot_slice(
     half the side length of the slice (0: 0.9 times the longest edge of this box). resolution,
     arrows: number of points and of arrows along a side. Returns the path of the picture.
 
-    Raises InvalidInput for values out of range, CacheError if the picture cannot be written, and
-    Unsupported without matplotlib.
+    Raises InvalidInput for values out of range, or if the field is 0 in the whole slice. Raises
+    CacheError if the picture cannot be written, and Unsupported without matplotlib.
     """
     sources = as_list(bodies)
     if plane not in PLANES:

@@ -68,9 +68,10 @@ def dipole_field(
     therefore the field of all other dipoles.
 
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
-    grows like N log N. The number bounds the root mean square error, relative to the root mean
-    square of the result, as measured against direct sums for up to 128 observers. Up to 6e7 pairs
-    (about 7,700 dipoles and as many observers), all pairs are summed directly.
+    grows like N log N. Other numbers raise InvalidInput. The number bounds the root mean square
+    error, relative to the root mean square of the result, as measured against direct sums for up to
+    128 observers. Up to 6e7 pairs (about 7,700 dipoles and as many observers), all pairs are summed
+    directly.
     """
     if tolerance is None:
         return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)
@@ -341,5 +342,8 @@ def polyline_field(
 def polyline_gradient(
     observers: ArrayLike, vertices: ArrayLike, *, current: float, threads: int = 0
 ) -> Floats:
-    """Gradient of the field of a polyline, whose last vertex must equal its first."""
+    """Gradient of the field of a closed polyline; arguments as in `polyline_field`.
+
+    The last vertex must equal the first.
+    """
     return gradient(sources.polyline(vertices, current=current), observers, threads=threads)

@@ -72,7 +72,7 @@ def force(
     estimate is between half and ten times the true error in nine of ten cases (for spheres, if the
     degree is at least 3). For spheres whose series is far too short, it is at least the force
     between a dipole with the moment of the other body and a plane of ideal iron. For two spheres,
-    it can be too small. It is nan for induced meshes, which have only one grid.
+    the estimate can be too small. For induced meshes, which have only one grid, it is nan.
 
     engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
     has no effect on the result, and overlap is not detected. The error is estimated by comparison
@@ -80,11 +80,11 @@ def force(
     error is then 0, because it refers to the sum over these cells only.
 
     Raises InvalidInput for solid magnets that overlap (they may touch), for loops or polylines that
-    meet, for a tolerance out of range, and for polylines that are not closed. Bodies that overlap
-    by at most 1e-6 of the sum of their radii exert the forces of bodies that touch. Larger overlap
-    is always found if both bodies are hard cuboids or one is a sphere. Between other bodies it is
-    found if one of about 300 points (more on meshes with many triangles) on the surface of either
-    body lies in the other.
+    meet, for polylines that are not closed, and for an invalid tolerance, engine or density. Bodies
+    that overlap by at most 1e-6 of the sum of their radii exert the forces of bodies that touch.
+    Larger overlap is always found if both bodies are hard cuboids or one is a sphere. Between other
+    bodies it is found if one of about 300 points (more on meshes with many triangles) on the
+    surface of either body lies in the other.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))

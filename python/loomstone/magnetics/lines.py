@@ -30,7 +30,7 @@ class LineEnd(IntEnum):
     left = 2  # the line enters or leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
     length = 4  # the line reaches the limit of its length or number of steps
-    no_field = 5  # the field vanishes or is not finite there, or the step becomes too small
+    no_field = 5  # the field vanishes or is not finite there, or the line hardly moves
 
 
 class FieldLines(NamedTuple):

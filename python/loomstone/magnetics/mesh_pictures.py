@@ -1,4 +1,7 @@
-"""Pictures of one magnet (`loomstone field`) and of two (`loomstone plot force`, `plot torque`)."""
+"""Pictures of magnets given as meshes, for `loomstone field` and `loomstone plot`.
+
+The pictures show the field lines of one magnet, or plot the force or torque between two.
+"""
 
 from __future__ import annotations
 

@@ -187,8 +187,8 @@ def induce(
     cells is 12 % too large at a gap of one edge, and 37 % at a gap of a quarter of an edge.
 
     threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. The mutual
-    response raises InvalidInput if bodies overlap, and SolverFailure if no equilibrium is found.
-    The explicit response raises InvalidInput for bodies with saturation.
+    response raises InvalidInput if bodies overlap or density is not 0, and SolverFailure if no
+    equilibrium is found. The explicit response raises InvalidInput for bodies with saturation.
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)

@@ -52,8 +52,8 @@ def funnel(
 ) -> TriangleMesh:
     """Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m].
 
-    Its inner surface is a cone from top_radius at z = height to bottom_radius at z = 0, which
-    continues as a tube below.
+    Its inner surface is a cone from top_radius at z = height to bottom_radius at z = 0, and below
+    z = 0 a tube of length tube_length.
     """
     return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
 
@@ -73,6 +73,6 @@ def wave_bar(
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
     """Square in the plane z = 0 with normal +z and edges `size` [m]; not a closed surface.
 
-    Its uv are x and y [m].
+    Its texture coordinates (uv) are x and y [m].
     """
     return _core.floor_square(size, cells=cells)

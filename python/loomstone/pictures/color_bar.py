@@ -68,8 +68,9 @@ def bar_place(width: int, height: int) -> tuple[int, int, int, int]:
 
 
 def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], title: str) -> Bytes:
-    """Returns a picture (height x width x 3 or 4) with a legend at its right edge.
+    """Returns a copy of a picture (height x width x 3 or 4) with a legend at its right edge.
 
+    image : the picture
     table : (256 x 3) colours from the low to the high end of the range
     limits : values at the low and the high end
     """
@@ -99,10 +100,10 @@ def draw_color_bar(image: Bytes, table: Bytes, limits: tuple[float, float], titl
 
 
 def _title_lines(title: str, room: float, size: float) -> tuple[list[str], float]:
-    """Returns the lines of a title and its font size, so that no line is longer than `room`.
+    """Returns the lines of a title and its font size [pixels].
 
-    The title is divided at spaces. If a word is still too long, the font becomes smaller, but not
-    smaller than 8 pixels.
+    The title is divided at spaces so that lines are not longer than `room`. If a word is longer,
+    the font becomes smaller, but not smaller than 8 pixels.
 
     room : largest length of a line [pixels]
     size : preferred font size [pixels]

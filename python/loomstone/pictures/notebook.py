@@ -23,7 +23,7 @@ def remember(frame: Frame, topology: FrameTopology) -> Frame:
 
 
 def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> bytes | None:
-    """Returns a picture (PNG) of a frame; None if its topology is unknown or it cannot be drawn.
+    """Returns a picture (PNG) of a frame; None if its topology is unknown or drawing fails.
 
     topology : topology of the frame; None: the one recorded by `remember`, if any
     """
@@ -42,7 +42,7 @@ def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> byt
 
 
 def picture_of_scene(scene: Scene) -> bytes | None:
-    """Returns a picture (PNG) of the start of a scene; None if it cannot be simulated or drawn."""
+    """Returns a picture (PNG) of the start of a scene; None if simulation or drawing fails."""
     try:
         simulation = _core.Simulation(scene, threads=1)
     except Error:

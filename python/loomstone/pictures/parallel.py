@@ -26,6 +26,7 @@ PARTS = ("preprocessing", "integration", "collision handling", "other")
 class Replayed:
     """Predicted speed-up of collision searches for several numbers of ranks.
 
+    decomposition : the way in which ranks divide collision handling, as in Simulation
     ranks : numbers of ranks, ascending
     acceleration : speed-up, the time on one rank divided by that on each number of ranks [1]
     """
@@ -40,6 +41,8 @@ class ParallelRun:
     """How the ranks of one run shared its work.
 
     name : path of the directory of the run
+    ranks : number of ranks
+    decomposition : the way in which ranks divide collision handling, as in Simulation
     frames (f) : times of the frames after the first [s]
     collision, collision_waiting (f) : for each of these frames, the wall time of collision handling
         in the steps since the preceding frame, and the part of it in which a rank communicates or
@@ -91,8 +94,9 @@ def plot_parallel(
     Runs on the same number of ranks with the same decomposition are averaged. The upper row shows
     collision handling over time: the share of time in which ranks compute, the wall time per frame,
     and the speed-up compared with one rank. The lower row shows the wall time of each part of a
-    run, the share of time in which ranks communicate or wait, and speed-ups: measured for collision
-    handling (filled) or replayed for collision searches (open).
+    run, the share of time in which ranks communicate or wait, and speed-ups. Filled markers show
+    measured speed-ups of collision handling, and open markers predicted speed-ups of collision
+    searches (`replayed`).
 
     path : path of the picture; its suffix selects the format, and is .png by default
 
@@ -201,7 +205,7 @@ def _draw_parts(axes: Any, groups: Sequence[_Group]) -> None:
 
 
 def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
-    """Draws the shares of steps and of collision handling in which ranks communicate or wait."""
+    """Draws the share of time that ranks communicate or wait, in steps and collision handling."""
     places = np.arange(len(groups))
     collision = [
         g.mean("collision_waiting").sum() / max(g.mean("collision").sum(), 1e-300) for g in groups
@@ -219,7 +223,7 @@ def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
 def _draw_scaling(
     axes: Any, groups: Sequence[_Group], alone: _Group | None, runs: Sequence[ParallelRun]
 ) -> None:
-    """Plots speed-ups against the number of ranks: measured ones and replayed ones."""
+    """Plots measured and predicted (`replayed`) speed-ups against the number of ranks."""
     most = max(run.ranks for run in runs)
     for name, color in COLORS.items():
         measured = [group for group in groups if group.decomposition == name]

@@ -19,7 +19,7 @@ MOST_TESTED = 200
 
 
 def of_sizes(scene: Scene) -> list[str]:
-    """Returns one sentence for each closed body or obstacle that is too large to be in metres."""
+    """Returns one sentence for each closed body or obstacle whose mesh is larger than LARGEST."""
     found = []
     named = [(item("bodies", i, b.name), b.mesh) for i, b in enumerate(scene.bodies)]
     named += [(item("obstacles", i, o.name), o.mesh) for i, o in enumerate(scene.obstacles)]

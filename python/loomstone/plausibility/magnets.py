@@ -24,8 +24,8 @@ SIDES = 32
 
 
 def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns one sentence for each protruding magnet, and for each pair of overlapping magnets of
-    which at least one is on a body.
+    """Returns one sentence for each protruding magnet, and one for each pair of overlapping magnets
+    if at least one of the two is on a body.
 
     surfaces : those of all bodies, followed by those of all obstacles
     pairs : pairs of overlapping surfaces; overlaps between the magnets of such a pair of surfaces
@@ -34,9 +34,9 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
     found, placed, owners = [], [], []
-    # For equal magnets on carriers that share a mesh, the magnet's mesh and its protrusion are
-    # computed only once. The keys contain addresses of meshes. These addresses stay unique, because
-    # the stored states and `surfaces` keep the meshes alive.
+    # For equal magnets on carriers (bodies or obstacles) that share a mesh, the magnet's mesh and
+    # its protrusion are computed only once. The keys contain addresses of meshes. These addresses
+    # stay unique, because the stored states and `surfaces` keep the meshes alive.
     known: dict[Any, tuple[TriangleMesh | None, float, Any]] = {}
     for i, magnet in enumerate(scene.magnets):
         owner = carriers[magnet.body]
@@ -92,7 +92,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns a magnet's surface in the frame of its carrier, or None for dipoles and cells.
+    """Returns a magnet's surface in the frame of its body or obstacle; None for dipoles and cells.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

@@ -51,7 +51,7 @@ class Surface:
 
 
 def item(kind: str, index: int, name: str) -> str:
-    """Returns the name of an entry of a scene's list in messages, for instance cloths[0] ("a")."""
+    """Returns what messages call an entry of a list of the scene, for instance cloths[0] ("a")."""
     return f'{kind}[{index}] ("{name}")' if name else f"{kind}[{index}]"
 
 

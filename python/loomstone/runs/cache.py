@@ -59,10 +59,10 @@ class Run:
             raise CacheError(
                 f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run"
             )
-        # Absolute, so that the run can still be read after a change of the working directory.
+        # This path is absolute, so that a copy made by pickle can be read from any directory.
         self._path = os.path.abspath(path)
         self._file: FrameReader | None = FrameReader(self._path)
-        # Copies, because arrays of a FrameReader would keep its files open after close().
+        # These are copies, because arrays of a FrameReader would keep its files open after close().
         self._topology: FrameTopology | None = None
         self._times: NDArray[np.float64] | None = None
         self._directory = Path(path) if Path(path).is_dir() else Path(path).parent
@@ -242,8 +242,9 @@ class Run:
         doubles in obj and ply, and floats in the others. In usd, gltf and alembic, bodies and
         obstacles that move rigidly have poses instead of moving points.
 
-        Raises InvalidInput if a file or directory is in the way or the run lacks some of `frames`,
-        Unsupported if a package is missing, and CacheError if files cannot be read or written.
+        Raises InvalidInput if the format is unknown, a file or directory is in the way or the run
+        lacks some of `frames`, Unsupported if a package is missing, and CacheError if files cannot
+        be read or written.
 
         >>> ls.Run("out/drape").export("drape.usdc", frames=range(0, 50))      # doctest: +SKIP
         """

@@ -52,7 +52,7 @@ def execute(
     process writes a run into the directory.
 
     control : function called with the simulation before every step
-    farewell : sentence that is printed in the cases of last_words(), on rank 0 only
+    farewell : sentence that rank 0 prints if the run ends early, as last_words.py describes
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     _check_same(ranks, options, overwrite=overwrite, resume=resume, control=control is not None)
@@ -112,7 +112,7 @@ def _restore(simulation: Any, lock: DirectoryLock) -> None:
 
 
 def _check_control(directory: Path) -> None:
-    """Raises CacheError if a run that continues without a control function began with one."""
+    """Raises CacheError if a run that continues without a control function has used one before."""
     if (directory / "run.vtkhdf").exists() and Run(directory).metadata.get("control", False):
         raise CacheError(
             f"{directory}: was run with a control function; give the same one, or one that does"
@@ -263,7 +263,7 @@ class _Course:
         self._unsaved = False
 
     def _stop_where_saved(self, number: int) -> None:
-        """Raises Interrupted if the state is saved or LONGEST_WAIT has passed since the signal.
+        """Raises Interrupted if the state is saved, or LONGEST_WAIT [s] after the signal.
 
         In the second case, resuming repeats the steps after the last checkpoint.
         """

@@ -54,7 +54,7 @@ def frame_count(duration: float, rate: float) -> int:
 
 
 def frames_due(time: float, rate: float) -> int:
-    """Returns the number of frames up to a time. A tolerance absorbs rounding of summed steps."""
+    """Returns the number of frames up to a time [s]. A tolerance absorbs rounding errors."""
     return int(np.floor(time * rate + 1e-6)) + 1
 
 

@@ -20,7 +20,7 @@ def motion_files(directory: Path) -> list[Path]:
 
 
 def write_motion(directory: Path, step: int, motion: CollisionRecord) -> None:
-    """Writes the motion of a step, unless it has no vertices."""
+    """Writes the recorded motion of a step, unless the record has no vertices."""
     if not len(motion.x0):
         return
     folder = directory / "tasks"
@@ -34,7 +34,10 @@ def write_motion(directory: Path, step: int, motion: CollisionRecord) -> None:
 
 
 def read_motion(path: Path) -> CollisionRecord:
-    """Returns the motion in a file. Raises CacheError if the file is not a recorded motion."""
+    """Returns the motion in a file.
+
+    Raises OSError if the file cannot be read, and CacheError if it is not a recorded motion.
+    """
     try:
         with np.load(path) as arrays:
             values = {name: arrays[name] for name in _ARRAYS}

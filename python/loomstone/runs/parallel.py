@@ -65,7 +65,7 @@ def read_parallel(directory: str | os.PathLike[str]) -> ParallelRun:
 
 
 def _check_steps(steps: Mapping[str, NDArray[Any]], table: Path, end: float) -> None:
-    """Raises CacheError unless the table has all required columns and times.
+    """Raises CacheError unless the table has valid columns, and increasing times up to `end`.
 
     end : time of the last frame plus the time between two frames [s]
     """

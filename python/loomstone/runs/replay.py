@@ -51,8 +51,9 @@ class Network:
 
 @dataclass
 class Prediction:
-    """Predicted time of all recorded searches on a number of ranks.
+    """Predicted time of all recorded collision searches on a number of ranks.
 
+    latency : latency of the network [s]
     seconds : time until all ranks have all results, summed over the searches [s]
     exchange : the part of `seconds` in which ranks exchange results and costs [s]
     serial : time of the searches on one rank [s]
@@ -89,7 +90,10 @@ class Prediction:
 
 
 def parse_ranks(text: str) -> list[int]:
-    """Returns numbers of ranks from a text such as "1:4096" (doubling) or "1,2,12"."""
+    """Returns numbers of ranks from a text such as "1:4096" (doubling) or "1,2,12", ascending.
+
+    Raises InvalidInput for other text, and for numbers above MOST_RANKS.
+    """
     numbers: list[int] = []
     try:
         for item in text.split(","):

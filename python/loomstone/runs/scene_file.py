@@ -40,7 +40,7 @@ __all__ = ["SceneFile", "stored_options"]
 class SceneFile:
     """A scene file, together with values for its parameters.
 
-    known : default of each parameter of scene()
+    known : default of each parameter of scene(); inspect.Parameter.empty if it has none
     parameters : values of the parameters that were given
     """
 
@@ -73,7 +73,10 @@ class SceneFile:
     def open(cls, path: Path, parameters: dict[str, Any]) -> SceneFile:
         """Reads a scene file in its current state.
 
-        parameters : a Given or a value for each name
+        parameters : for each name a value, or its text as a Given (parameters.py)
+
+        Raises CacheError if the file cannot be read, and InvalidInput if it is not a valid scene
+        file.
         """
         if path.suffix.lower() in _MESHES:
             raise InvalidInput(
@@ -272,7 +275,10 @@ _MESHES = (".obj", ".ply", ".stl", ".abc", ".fbx", *SUFFIXES)
 
 
 def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions]:
-    """Returns the duration, rate, integrator and render options of a run."""
+    """Returns the duration [s], rate [1/s], integrator and render options of a run.
+
+    Raises CacheError if one of them is missing or has the wrong type.
+    """
     kept = run.metadata
     try:
         return (

@@ -14,7 +14,7 @@ __all__ = ["Stacked", "StoredFrames"]
 
 
 def _chooses_frames(first: Any) -> bool:
-    """Returns whether the first part of an index, which is not a slice, only chooses frames.
+    """Returns whether the first part of an index only chooses frames. It must not be a slice.
 
     The result is True for integers, arrays of integers and masks with one axis.
     """

@@ -50,7 +50,10 @@ def _read(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 class StepTable:
-    """Writes steps.csv. Rows of an existing file are kept up to the step `until_step`."""
+    """Writes steps.csv. Rows of an existing file are kept up to the step `until_step`.
+
+    Raises CacheError if an existing file has other columns or ends before `until_step`.
+    """
 
     def __init__(self, path: Path, until_step: int) -> None:
         kept: list[list[str]] = []
@@ -200,7 +203,8 @@ def refuse_sweep(directory: str | os.PathLike[str]) -> None:
 def read_steps(directory: str | os.PathLike[str]) -> Columns:
     """Returns the columns of steps.csv by name, with one entry per step.
 
-    A column in which all numbers are written as integers is returned as integers.
+    A column in which all numbers are written as integers is returned as integers. Raises CacheError
+    if the table is missing, has no steps or is invalid.
     """
     path = Path(directory) / "steps.csv"
     if not path.exists():

@@ -224,6 +224,7 @@ def open_writer(
 
     `following` is the index of the next frame. If metadata is None, an existing run is continued.
     `controlled` tells whether a control function is given.
+
     Takes the lock of a new run. If pictures cannot be drawn or the directory must not be used, an
     error is raised before anything is written.
     """

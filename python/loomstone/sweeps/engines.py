@@ -101,7 +101,8 @@ def on_dask(
 
     scheduler : address of the scheduler, or its scheduler file
 
-    A point whose workers die repeatedly has the exit code 137.
+    A point whose workers die repeatedly has the exit code 137. Raises Unsupported without Dask, and
+    InvalidInput if there is no such scheduler.
     """
     try:
         distributed: Any = importlib.import_module("distributed")

@@ -144,7 +144,7 @@ def _spaced(name: str, text: str) -> list[Any]:
             f"-p {name} must be first:last:count with finite numbers and at least 2 values, got"
             f" {text}"
         )
-    # 12 digits, so that a value is 0.3 and not 0.30000000000000004
+    # Values are rounded to 12 digits, to give 0.3 instead of 0.30000000000000004.
     values = [float(f"{value:.12g}") for value in np.linspace(first, last, count)]
     whole = all(value.is_integer() for value in values) and "." not in text
     return [int(value) for value in values] if whole else values
@@ -199,7 +199,8 @@ def _digest(parameters: dict[str, Any]) -> str:
 def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
     """Makes the directory of a sweep.
 
-    Raises CacheError if it has runs with other settings, or files that no sweep has written.
+    Raises CacheError if it cannot be written, or if it has runs with other settings or files that
+    no sweep has written.
 
     settings : what all runs have in common, stored as JSON in sweep.json
     besides : name of a file that may already be in the directory: the file of a Dask scheduler

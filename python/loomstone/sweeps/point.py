@@ -35,10 +35,10 @@ def run_point(
     options: list[str],
     watch: Callable[[subprocess.Popen[bytes]], None] = lambda _: None,
 ) -> int:
-    """Runs or resumes a scene in a directory unless its run is finished; returns the exit code.
+    """Runs or resumes a scene in a directory; returns the exit code (0 if the run was finished).
 
-    arguments : those of `loomstone run`, without --out
-    options : those of both `loomstone run` and `loomstone resume`
+    arguments : arguments of `loomstone run`, without --out
+    options : further options, which `loomstone run` and `loomstone resume` both accept
     watch : function called with the process when it has started
 
     The output is appended to log.txt. The process of the run holds a lock on the directory until it

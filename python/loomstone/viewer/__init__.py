@@ -37,7 +37,7 @@ def play(
     host, port : address of the page. If the port is taken, the next free one is used.
 
     The result has `page.url`, `wait()` and `stop()`. Raises Unsupported if viser is not installed
-    (`pip install "loomstone[view]"`), and InvalidInput if the run has no frames.
+    (`pip install "loomstone[view]"`), and CacheError if the run cannot be read or has no frames.
     """
     opened = run if isinstance(run, Run) else Run(run)
     return Player(opened, camera=camera or Camera(), host=host, port=port)

@@ -44,7 +44,10 @@ class Holder:
         return not obstacle.floor and not len(obstacle.vertex_positions)
 
     def hold(self, sim: Simulation, kind: str, index: int, point: ArrayLike) -> Grip:
-        """Returns a grip on a cloth ("cloth") or on a body or obstacle ("body") at a point."""
+        """Returns a grip on a cloth ("cloth") or on a body or obstacle ("body") at a point (3) [m].
+
+        Raises InvalidInput for a floor and for an obstacle that deforms.
+        """
         if kind == "cloth":
             vertices = np.flatnonzero(self._cloth_of_vertex == index)
             return ClothGrip(sim, vertices, self._vertex_mass, point)

@@ -3,7 +3,7 @@ Blender's Python.
 
 A tube is skinned to two bones and has a shape key. Within 25 frames the upper bone turns, the
 armature moves and the shape key grows. The only argument is the directory for tube.glb, tube.usdc
-and tube.npy, which has the vertices in world space (25 x n x 3).
+and tube.npy, which has the vertices in world space (25 x n x 3) [m].
 """
 
 import math
@@ -60,7 +60,7 @@ def bind(made: bpy.types.Object) -> None:
 
 
 def vertices(made: bpy.types.Object, frame: int) -> np.ndarray:
-    """Returns the vertices of an object at a frame, in world space."""
+    """Returns the vertices (n x 3) [m] of an object at a frame, in world space."""
     bpy.context.scene.frame_set(frame)
     shown = made.evaluated_get(bpy.context.evaluated_depsgraph_get())
     points = np.empty(3 * len(shown.data.vertices), np.float32)

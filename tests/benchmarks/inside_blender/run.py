@@ -1,7 +1,7 @@
 """Loads an exported run into Blender and draws a frame; blender.py runs this with Blender's Python.
 
 The only argument is JSON with the entries `files`, `frame`, `rate`, `picture`, `positions`,
-`samples` and `width`. Prints the times of the import and of the picture as JSON, and writes the
+`samples` and `width`. Prints the times of the import and of the picture [s] as JSON, and writes the
 vertices of all meshes at the frame, in world space, to `positions`.
 """
 

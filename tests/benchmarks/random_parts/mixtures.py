@@ -115,7 +115,7 @@ def add_cloths(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_obstacles(random: np.random.Generator, mixture: Mixture) -> None:
-    """May add a floor, and below the cloths an obstacle, which is static or moves and turns."""
+    """May add a floor, and may add one obstacle below the cloths: static, or moving and turning."""
     size, low = mixture.size, mixture.lowest()
     if random.random() < 0.6:
         mixture.obstacles.append(ls.floor(height=low - size * random.uniform(0.9, 1.4)))

@@ -8,8 +8,10 @@
 
 namespace loomstone::test {
 
-Mat3 isotropic(double b, double nu);  // rigidity D for curvatures (kxx, kyy, 2 kxy) [N m]
-Mat3 some_rigidity();                 // anisotropic rigidity without zeros [N m]
+// Rigidity for curvatures (kxx, kyy, 2 kxy) [N m] of a plate with the flexural rigidity b [N m] and
+// the Poisson ratio nu.
+Mat3 isotropic(double b, double nu);
+Mat3 some_rigidity();  // anisotropic rigidity without zeros [N m]
 
 // Setup of a flat mesh in z = 0. The material axes are x and y, rotated by `angle` [rad].
 BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,

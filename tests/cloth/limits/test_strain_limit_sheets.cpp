@@ -69,7 +69,7 @@ TEST_CASE("the active set gives the same bits as full sweeps with fewer evaluati
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.05, 0.1), {0});
   Points x = mesh.vertices();
-  for (Index i = 0; i < x.rows(); ++i)  // stretches only one corner beyond the limits
+  for (Index i = 0; i < x.rows(); ++i)  // stretches one corner of the sheet beyond the limits
     if (x(i, 0) > 0.3 && x(i, 1) > 0.3) x(i, 0) += 0.3 * (x(i, 0) - 0.3);
   for (const char* method : {"gauss-seidel", "gauss-seidel-random", "jacobi", "edges"}) {
     const Result full = limited(cloth, x, sweeping(method, 1e-3, 2000, false)),

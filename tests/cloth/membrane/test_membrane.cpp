@@ -105,8 +105,8 @@ TEST_CASE("rigid motion causes no membrane force") {
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   const Points moved =
       (s.mesh.vertices() * turn.transpose()).rowwise() + Eigen::RowVector3d(5, 6, 7);
-  // Coordinates of about 10 have rounding errors of 1e-15. The tolerance allows for these errors
-  // times a stiffness of 400.
+  // Coordinates of about 10 m have rounding errors of 1e-15 m. The tolerance [N] allows for these
+  // errors times a stiffness of 400 N/m.
   CHECK(force_of(s.membrane, moved).cwiseAbs().maxCoeff() < 1e-11);
 }
 

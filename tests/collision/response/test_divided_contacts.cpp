@@ -16,7 +16,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Two sheets on a table. If `smooth` is true, the table is a smooth surface.
+// Two sheets on a table. If `smooth` is true, contact normals on the table are interpolated from
+// vertex normals, and the table's edges have no contacts.
 TestScene sheets_on_table(bool smooth) {
   TestScene scene = make_scene(
       {{grid_cells(0.2, 0.2, 12, 12), Kind::Cloth, 4e-3},

@@ -15,7 +15,7 @@ struct Slide {
 // Moves a small sheet as a rigid block on a floor under tilted gravity. Returns the distance along
 // x [m] and the final speed [m/s]. The vertices of the sheet have a common velocity, computed by
 // semi-implicit Euler. At the start, vertex contacts carry the weight of the block. Each has the
-// force 2 k depth^2 / xi, where k is the contact stiffness and xi the thickness.
+// force 2 k depth^2 / xi at the gap xi - depth, with the contact stiffness k and the thickness xi.
 Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3,
             bool again = true) {
   const double thickness = 1e-3;

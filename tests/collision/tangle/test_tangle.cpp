@@ -175,8 +175,8 @@ TEST_CASE("sheets that cross from edge to edge retract, the smaller part first")
       const Tangle tangle = TangleFinder(scene.model).find(scene.x);
       REQUIRE(tangle.retractions.size() == 1);
       const Retraction& retraction = tangle.retractions[0];
-      // The sheets intersect along the line x = at, z = 0, which divides each of them in two if it
-      // is extended to the borders. The smallest of the four parts retracts. Its width is the
+      // The sheets intersect along the line x = at, z = 0. Extended to the borders, this line
+      // divides each sheet in two. The smallest of the four parts retracts. Its width is the
       // expected depth.
       const double at = 0.02 + 0.01 / std::tan(degrees * std::numbers::pi / 180.0);
       const double half_width = 0.1 - 0.01 / std::sin(degrees * std::numbers::pi / 180.0);

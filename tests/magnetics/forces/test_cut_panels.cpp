@@ -125,7 +125,7 @@ TEST_CASE("cut discs cover the disc, and no rim passes through a part") {
       const PartOfDisc found(part, pose, {rim, hole});
       area += found.area;
       ++n_parts;
-      // The tilt of 0.02 moves a projected rim by up to 0.02^2 / 2 of its radius.
+      // The tilt of 0.022 rad moves a projected rim by up to 0.022^2 / 2 of its radius.
       if (hole > off) CHECK((found.low[0] > -3e-6 || found.high[0] < 3e-6));
       CHECK((found.low[1] > -3e-6 || found.high[1] < 3e-6));
     }

@@ -1,4 +1,4 @@
-"""Descriptions such as ls.Cloth are frozen, compare by value and name the field that is invalid."""
+"""Descriptions such as ls.Cloth are frozen and compare by value. Errors name the invalid field."""
 
 from pathlib import Path
 

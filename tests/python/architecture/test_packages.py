@@ -29,8 +29,8 @@ OF_CMAKE = {
 }
 
 
-# Maps the specs of the other dependencies, except Python packages, to a pattern and a file. The
-# pattern must occur in the file, which shows that the dependency is needed.
+# Maps the specs of the other dependencies, except Python packages, to a pattern and a file. A match
+# of the pattern in the file shows that the dependency is needed.
 OF_OTHERS = {
     "c": (r"LANGUAGES C CXX", "CMakeLists.txt"),
     "cxx": (r"LANGUAGES C CXX", "CMakeLists.txt"),

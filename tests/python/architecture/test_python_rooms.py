@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(loomstone.__file__).parent
 
-# Subpackages in order of dependency: each imports only itself and earlier ones.
+# Rooms (subpackages and modules) in order of dependency: each imports only itself and earlier ones.
 ORDER = [
     "_core",
     "base",

@@ -184,7 +184,7 @@ def with_step(scheme, step):
 )
 def test_a_sheet_that_lands_does_not_stop_at_once(material, step, error):
     # Light sheets flutter when they land. If contacts that pull had friction, single steps would
-    # stop such a sheet, although Coulomb's law permits a hundredth of this impulse.
+    # stop such a sheet, although Coulomb's law permits only a hundredth of this impulse.
     mesh = ls.grid(size=(0.15, 0.15), triangles=1800).moved((0, 0, 0.05))
     lost, expected = landing(mesh, material, with_step(ls.SemiImplicitEuler, step), until=0.15)
     assert lost == pytest.approx(expected, rel=error)

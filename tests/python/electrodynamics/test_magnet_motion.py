@@ -347,7 +347,7 @@ def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_
 def test_iron_balls_that_stick_to_a_magnet_come_to_rest_in_few_sub_steps(scene):
     box = ls.meshes.box(size=(0.03, 0.03, 0.02))
     most = 1.1 if scene else 8.0
-    # Whether a ball still rolls at the end is chance, so the bound is on the mean of three heaps.
+    # Whether a ball still rolls at the end depends on chance, so the mean of three heaps is tested.
     early, late = [], []
     for n_balls in (14, 16, 18):
         balls = iron_balls(

@@ -166,7 +166,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
     errors = []
     for triangles in (800, 1500):
         mesh = specimen(triangles)
-        # The specimen is stiff. The direct solver is used because it does not stop at a tolerance.
+        # The stiff specimen hardly sags. The direct solver is used because it has no tolerance.
         options = ls.SemiImplicitEuler(step=4e-3, linear_solver="direct")
         sim = ls.Simulation(
             drape_scene(isotropic(bending, density=density), mesh), integrator=options

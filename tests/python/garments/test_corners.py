@@ -47,7 +47,7 @@ def test_two_equal_panels_are_sewn_to_a_bag_or_cushion(corners, sewn):
         assert len(sack.openings()) == openings
         check_manifold(sack.mesh, openings, 2)
         # Where two sewn edges meet in a corner of 55 to 90 degrees, an edge of the mesh is flipped
-        # or split, which makes smaller angles.
+        # or split. The new triangles have smaller angles.
         assert sack.min_angle_degrees() > 17
         assert abs(sack.mesh.n_triangles - triangles) <= 0.05 * triangles + 4
 
@@ -74,7 +74,7 @@ def test_sharp_corners_of_a_cushion_do_not_pass_through_each_other(corners):
 
 
 def cone(degrees: float, triangles: int) -> G.Garment:
-    """A sector of 0.3 m, sewn to itself."""
+    """A sector of radius 0.3 m and angle `degrees`, whose straight edges are sewn together."""
     angle = np.radians(degrees)
     share = angle / (2 * np.pi)
     arc = np.linspace(0, angle, 13)

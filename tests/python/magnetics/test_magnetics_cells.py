@@ -52,7 +52,7 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         return M.cuboid(size=size, polarization=direction)
 
     a, b = bar(m1), bar(m2).moved((0.06, 0, 0))
-    # With a density of 1e3, each magnet is a single cell.
+    # With a density of 1e3 cells/m^3, each magnet is a single cell.
     for engine, density in (
         ("cells", 1e3),
         ("cells", 8e6),
@@ -109,7 +109,7 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
         # The centre of a leaf of volume v lies at least v^(1/3) / 2 below the surface. The last
-        # subdivision is a bisection, so leaves have up to twice the given density of 5e7.
+        # subdivision is a bisection, so there are up to 1e8 leaves/m^3, twice the given density.
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh approximates the sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 

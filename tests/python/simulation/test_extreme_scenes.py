@@ -26,9 +26,9 @@ from loomstone.runs.verification import count_intersections
 
 
 def gives_way(cells: int, hung: bool, start: int) -> bool:
-    """Returns whether the curtain slides over the pins instead of hooking into them.
-    Also returns False if a step takes more than 20 times the median number of iterations. This is
-    not tested with 18 cells.
+    """Returns whether the second curtain slides over the pins instead of hooking into them.
+    Except with 18 cells, also returns False if a step takes more than 20 times the median number of
+    iterations.
 
     The initial positions are slightly perturbed unless `start` is 0. Raises AssertionError if
     surfaces intersect, if impacts remain, or if too much motion is withheld.

@@ -38,8 +38,9 @@ def test_a_spinning_strip_gains_nothing(step):
         integrator=ls.SemiImplicitEuler() if step is None else ls.SemiImplicitEuler(step=step),
         threads=1,
     )
-    # Solves become more accurate while energy is gained (tolerance_factor() in integrate.cpp).
-    # Otherwise, the balance would be larger by 0.057 (automatic steps) or 0.164 (10 ms).
+    # Solves become more accurate while energy is gained (tolerance_factor() in
+    # core/sim/step/integrate.cpp). Otherwise, the balance would be larger by 0.057 (automatic
+    # steps) or 0.164 (10 ms).
     assert largest_balance(sim, 2.0) < 0.0205
 
 
@@ -91,7 +92,8 @@ def test_a_far_moving_obstacle_does_not_add_energy(step):
         integrator=ls.SemiImplicitEuler(step=step),
         threads=1,
     )
-    # If parts were at least a quarter of a step, the balance would be 0.12 (4 ms) or 0.14 (10 ms).
+    # A moving obstacle that the cloth does not touch must not limit parts to a quarter of a step or
+    # more. If it did, the balance would be 0.12 (4 ms) or 0.14 (10 ms).
     assert largest_balance(sim, 0.4) < 0.0205
 
 

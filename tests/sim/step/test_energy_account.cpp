@@ -72,8 +72,8 @@ TEST_CASE("without losses, energy minus work stays constant, the better the shor
        {sheet(), drawn(sheet(), Vec3(-0.03, 0, 0)), drawn(sheet(), Vec3(0, 0, 0.1))}) {
     const double coarse = imbalance(scene, midpoint(2e-3)), fine = imbalance(scene, midpoint(5e-4));
     CAPTURE(coarse, fine);
-    // If the edge moves, its velocity jumps, which reduces the scheme to first order. With a
-    // quarter of the step, the imbalance must therefore fall to a quarter or less.
+    // If the edge moves, the jumps of its velocity reduce the scheme to first order. With a quarter
+    // of the step, the imbalance must therefore fall to a quarter or less.
     CHECK(fine < 0.03);
     CHECK(fine < coarse / 4.0);
   }
