@@ -78,14 +78,17 @@ struct Simulation::Data {
   }
   // Copies `user`, in the user's order, to `rows`, in row order. Does not reallocate `rows`, so
   // numpy views of it remain valid.
-  void to_rows(const Points& user, const char* name, Points& rows,
-               UserWrites::Kind kind = UserWrites::Table) {
+  void check_rows(const Points& user, const char* name) const {
     if (user.rows() != model.cloth.n_vertices)
       fail<InvalidInput>("{} must have {} rows (all cloth vertices), got {}", name,
                          model.cloth.n_vertices, user.rows());
     for (Index i = 0; i < user.rows(); ++i)
       if (!user.row(i).allFinite())
         fail<InvalidInput>("{} must be finite, but row {} is not; nothing was changed", name, i);
+  }
+  void to_rows(const Points& user, const char* name, Points& rows,
+               UserWrites::Kind kind = UserWrites::Table) {
+    check_rows(user, name);
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
     note(kind);
   }
@@ -302,11 +305,12 @@ void Simulation::set_external_body_torques(const Points& torques) {
 void Simulation::set_pin_targets(const Points& targets) {
   const std::vector<std::uint8_t>& pinned = data_->model.cloth.prescribed;
   const bool any = std::find(pinned.begin(), pinned.end(), 1) != pinned.end();
+  Points of_pins = targets;
+  for (Index i = 0; any && i < std::min<Index>(of_pins.rows(), data_->model.cloth.n_vertices); ++i)
+    if (!pinned[data_->model.row_of_vertex[i]]) of_pins.row(i).setZero();
+  data_->check_rows(of_pins, "pin_targets");
   if (!any)
     throw InvalidInput("the cloth must have pins to move them, but has none; give Cloth.pins");
-  Points of_pins = targets;
-  for (Index i = 0; i < std::min<Index>(of_pins.rows(), data_->model.cloth.n_vertices); ++i)
-    if (!pinned[data_->model.row_of_vertex[i]]) of_pins.row(i).setZero();
   data_->to_rows(of_pins, "pin_targets", data_->state.made(data_->state.pin_target));
   data_->state.pin_override = pinned;
   data_->state.target_time = time() + step_size();

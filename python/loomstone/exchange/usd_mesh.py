@@ -35,8 +35,8 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
         values = np.array(0)
     if values.ndim == 0:
         raise InvalidInput(
-            f"{where}: {attribute.GetName()} must be an array that converts to {np.dtype(kind)},"
-            f" got {attribute.GetTypeName()}"
+            f"{where}: {attribute.GetName()} cannot be read as an array of {np.dtype(kind)}; its"
+            f" type is {attribute.GetTypeName()}"
         )
     return values
 

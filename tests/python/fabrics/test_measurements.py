@@ -234,7 +234,7 @@ def test_rest_is_distinguished_from_motion():
     for _ in range(25):
         sim.step()
     assert np.abs(sim.positions - before).max() < 1e-4, "without damping it stays where it is"
-    with pytest.raises(ls.InvalidInput, match="bring_to_rest: ratio must be > 0"):
+    with pytest.raises(ls.InvalidInput, match="bring_to_rest: ratio must be finite and > 0"):
         bring_to_rest(sim, ratio=-1)
 
 
