@@ -14,8 +14,8 @@ struct ContactRows {
 };
 
 // If the distance between two obstacles is less than the width of a body between them, no motion of
-// the body resolves its overlaps with both. Bullet would move the body to and fro, and nothing would
-// hold it. This function lets the deeper overlap move the body only until both are equal. It
+// the body resolves its overlaps with both. Bullet would move the body to and fro, and nothing
+// would hold it. This function lets the deeper overlap move the body only until both are equal. It
 // returns for each row the impulse with which the obstacles squeeze the body in a step [s], as if
 // the body were elastic [N s]; 0 for rows of other contacts. The impulses of the two sides cancel,
 // so they only add to the normal impulse that bounds friction.

@@ -25,10 +25,10 @@ struct Gripper {
       gap = side - squeeze;
     else if (time < opened_at)
       gap = std::lerp(side - squeeze, side + apart, (time - lifted_at) / (opened_at - lifted_at));
-    const double height =
-        0.5 * side + lift * std::clamp((time - closed_at) / (0.3), 0.0, 1.0);
+    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / (0.3), 0.0, 1.0);
     const double place = 0.5 * (gap + side);
-    return {RigidPose{}, {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
+    return {RigidPose{},
+            {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
             {Vec3(-place, 0, height), Vec4(1, 0, 0, 0)}};
   }
 };

@@ -419,7 +419,11 @@ def test_values_of_usd_of_a_wrong_type_are_one_sentence(tmp_path):
         ("int[] faceVertexCounts = ", "asset[] faceVertexCounts = [@x@] #", "faceVertexCounts"),
         ("point3f[] points = ", "asset points = @x@ #", "points cannot be read as an array"),
         ("uniform token[] joints = ", "uniform int joints = 3 #", "joints cannot be read as"),
-        ("matrix4d[] bindTransforms = ", "int bindTransforms = 3 #", "bindTransforms cannot be read"),
+        (
+            "matrix4d[] bindTransforms = ",
+            "int bindTransforms = 3 #",
+            "bindTransforms cannot be read",
+        ),
     ):
         assert old in text
         (tmp_path / "odd.usda").write_text(text.replace(old, new))
