@@ -38,9 +38,8 @@ RigidObstacle jaw(double friction) {
 }
 
 struct Lifted {
-  double height, wander, left;  // height and sideways motion at the end of the lift, height at the
-                                // end [m]
-  double speed;                 // largest, relative to the jaws while they lift [m/s]
+  double height, wander;  // height above the start and horizontal motion before the jaws open [m]
+  double left;            // height above the start after the fall [m]
 };
 
 Lifted lift_body(RigidBody body, double squeeze, double friction, double step) {
@@ -59,7 +58,6 @@ Lifted lift_body(RigidBody body, double squeeze, double friction, double step) {
     if (i * step < lifted_at) {
       result.height = state.positions(0, 2) - 0.5 * side;
       result.wander = state.positions.row(0).head<2>().norm();
-      result.speed = std::max(result.speed, state.velocities.row(0).head<2>().norm());
     }
   }
   result.left = state.positions(0, 2) - 0.5 * side;

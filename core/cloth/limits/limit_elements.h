@@ -60,6 +60,7 @@ class LimitElements {
 
   Index n_batches() const { return static_cast<Index>(bounds_of_.size()); }
   Index n_elements() const { return n_elements_; }
+  Index n_triangles() const { return static_cast<Index>(cloth_.triangles.rows()); }
   std::size_t bytes() const {
     return bytes_of(cloth_.triangles, cloth_.corners, cloth_.limit_of, cloth_.mass) +
            bytes_of(held_, also_held_, colour_start_, element_of_, slot_start_, slots_, corners_) +

@@ -202,17 +202,15 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Divides the mesh into one part for each thread, and returns the batches sorted by part. Within a
+// Divides all triangles into one part for each thread, and returns the batches sorted by part. Within a
 // part, batches keep their order. If sweep_jacobi() visits all vertices, a thread thus mostly sums
 // corrections that it has computed itself.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;
   std::vector<std::vector<Index>> parts(team.threads);
-  const auto last = static_cast<std::int64_t>(parts.size()) - 1;
   for (const Index b : batches)
-    parts[std::min(last,
-                   std::int64_t{elements_.element(8 * b)} * team.threads / elements_.n_elements())]
+    parts[std::int64_t{elements_.element(8 * b)} * team.threads / elements_.n_triangles()]
         .push_back(b);
   std::vector<Index> result;
   for (const std::vector<Index>& part : parts)

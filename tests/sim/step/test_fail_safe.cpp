@@ -86,7 +86,7 @@ TEST_CASE("a heavy ball that hits a small drum at a large step is caught without
     for (int i = 0; i < 40; ++i) {
       one.step();
       three.step();
-      INFO("speed " << speed << " step " << i << " substeps " << one.report().parts << " truncated "
+      INFO("speed " << speed << " step " << i << " parts " << one.report().parts << " withheld "
                     << one.report().withheld.vertices);
       REQUIRE(one.report().contacts.unresolved == 0);
       REQUIRE(one.intersecting_pairs().empty());
@@ -119,7 +119,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 60; ++i) {
     sim.step();
-    INFO("step " << i << " substeps " << sim.report().parts << " height "
+    INFO("step " << i << " parts " << sim.report().parts << " height "
                  << sim.body_centres()(0, 2));
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
@@ -139,7 +139,7 @@ TEST_CASE(
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {
         sim.step();
-        INFO("turning " << turning << " gap " << gap << " step " << i << " substeps "
+        INFO("turning " << turning << " gap " << gap << " step " << i << " parts "
                         << sim.report().parts);
         REQUIRE(sim.report().contacts.unresolved == 0);
         for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 128);
@@ -196,15 +196,15 @@ TEST_CASE(
       scene.rigid_rebuild_interval = 2;
     }
     Simulation one(scene, step_of(0.02, method), 1), three(scene, step_of(0.02, method), 3);
-    int substeps = 1;
+    int parts = 1;
     for (int i = 0; i < 2; ++i) {
       one.step();
       three.step();
-      substeps = std::max(substeps, one.report().parts);
+      parts = std::max(parts, one.report().parts);
       CHECK(one.report().contacts.unresolved == 0);
     }
     INFO(method << " body " << body);
-    CHECK(substeps > 1);
+    CHECK(parts > 1);
     CHECK(one.time() == 0.04);
     CHECK(same(one.checkpoint(), three.checkpoint()));
     Simulation resumed(scene, step_of(0.02, method), 1);
@@ -315,7 +315,7 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 84; ++i) {
     sim.step();
-    INFO("step " << i + 1 << " substeps " << sim.report().parts << " truncated "
+    INFO("step " << i + 1 << " parts " << sim.report().parts << " withheld "
                  << sim.report().withheld.vertices);
     REQUIRE(sim.report().contacts.unresolved == 0);
     REQUIRE(sim.intersecting_pairs().empty());

@@ -167,11 +167,11 @@ TEST_CASE(
     Points v = Points::Zero(n, 3);
     v.col(2).setConstant(-speed);
     sim.set_velocities(v);
-    int retreats = 0, parts = 0;
+    int fallbacks = 0, parts = 0;
     for (int i = 0; i < 10; ++i) {
       sim.step();
       INFO("speed " << speed << " step " << i);
-      retreats += sim.report().limits.fallbacks;
+      fallbacks += sim.report().limits.fallbacks;
       parts = std::max(parts, sim.report().parts);
       CHECK(sim.report().withheld.vertices <= n);
       CHECK(sim.report().withheld.share <= 0.01);
@@ -184,7 +184,7 @@ TEST_CASE(
       if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
       if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
     }
-    CHECK(retreats > 0);
+    CHECK(fallbacks > 0);
     CHECK(parts > 1);
   }
 }
