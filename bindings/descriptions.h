@@ -348,8 +348,9 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
 template <Description D>
 void complete(D&) {}
 
-// Returns the arguments unchanged. An overload for a class, such as Cloth, changes the shape of an
-// array in the arguments. The last parameter supplies fields that the arguments do not contain.
+// This version returns the arguments unchanged. An overload for a class, such as Cloth, changes the
+// shape of an array in the arguments. The last parameter supplies fields that the arguments do not
+// contain.
 template <Description D>
 py::kwargs reshaped(const char*, const py::kwargs& arguments, const D&) {
   return arguments;

@@ -1,4 +1,4 @@
-// Binds calls to hypot to the first version of this symbol on x86-64. Every glibc has this version.
+// Links calls to hypot to the oldest version of this symbol on x86-64, which every glibc has.
 // glibc 2.35 added a version that differs only in its handling of errors. A wheel that uses the new
 // version cannot run with an older glibc.
 extern "C" {

@@ -1,4 +1,4 @@
-// Binds the strain and the strain limiting of a single mesh, without a scene.
+// Binds functions that compute and limit the strain of a single mesh, without a scene.
 #include "core/cloth/limits/strain_limiter.h"
 
 #include <cmath>

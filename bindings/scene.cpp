@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of entries of argument `name`, or `of_field` if this argument is not given. Returns 0 if
-// the argument has no length.
+// Returns the number of entries of argument `name`, or 0 if the argument has no length. If the
+// argument is not given, returns `of_field`, the number of entries that the field has.
 std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of_field) {
   if (!arguments.contains(name)) return of_field;
   const auto n = PyObject_Size(py::object(arguments[name]).ptr());
@@ -20,7 +20,8 @@ std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of
 // Returns the arguments. If argument `name` is an array (times x n x 3) of points at several times,
 // its shape becomes (times * n x 3). An array (k x 3), an empty array, a single value and values
 // that are not numbers remain unchanged. Throws InvalidInput for an array of numbers with another
-// shape, for rows of different lengths, and for a unit of another dimension than length.
+// shape, for rows of different lengths, and for a unit of another dimension than length. In
+// messages, the field is called `owner`.`name`, and the n points are called `points`.
 py::kwargs with_rows(const py::kwargs& arguments, const std::string& owner, const char* name,
                      std::size_t times, std::size_t n, const char* points) {
   const std::string where = formatted("{}.{}", owner, name);

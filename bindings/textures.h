@@ -1,4 +1,5 @@
-// Converts texture images to and from numpy arrays. Files are read by loomstone.base.images.
+// Converts texture images to and from numpy arrays. An image can also be given as the path of a
+// file, which loomstone.base.images reads.
 #pragma once
 
 #include <algorithm>

@@ -20,9 +20,10 @@ class Context {
   virtual void release() = 0;  // this thread then has no current context
 };
 
-// Throws InvalidInput if LOOMSTONE_GL has an unknown value, and Unsupported if no context can be
-// created. The message of Unsupported names what could not be loaded (the value of LOOMSTONE_GL or,
-// if this variable is not set, OSMesa and EGL) and the Debian packages to install.
+// Creates a context as described at the top of this file. Throws InvalidInput if LOOMSTONE_GL has
+// an unknown value, and Unsupported if no context can be created. The message of Unsupported names
+// what could not be loaded (the value of LOOMSTONE_GL or, if this variable is not set, OSMesa and
+// EGL) and the Debian packages to install.
 std::unique_ptr<Context> create_context();
 
 // Returns the OpenGL functions of `context`, which must be current. Throws Unsupported if they

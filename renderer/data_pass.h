@@ -1,5 +1,5 @@
-// Draws the depth, the normal and the number of the visible surface at the centre of each pixel, at
-// full size.
+// Draws the depth, the normal and the number of the visible surface at the centre of each pixel of
+// the picture.
 #pragma once
 
 #include "renderer/camera.h"

@@ -1,4 +1,4 @@
-// Renders normals and depths at half size.
+// Renders normals and depths at half the width and height of the picture.
 #include "renderer/depth_pass.h"
 
 namespace loomstone {

@@ -32,7 +32,7 @@ double legend_width(int height);
 double legend_share(const RenderOptions& options);
 
 // Finds a camera that shows cloth, bodies and obstacles of several frames as large as possible
-// beside the legend. Floors and hidden bodies are left out.
+// beside the legend. Floors and all hidden bodies and obstacles are left out.
 class CameraFit {
  public:
   // Throws InvalidInput for an invalid topology or options, or if the camera has keyframes.

@@ -53,7 +53,8 @@ class Program {
   Program(const GL& gl, const std::string& name, const std::string& vertex,
           const std::string& fragment);
   void use() const { gl_->UseProgram(object_.name()); }
-  // Sets a uniform. The program must be in use. Uniforms removed by the compiler are ignored.
+  // These functions set a uniform. The program must be in use. Uniforms removed by the compiler are
+  // ignored. set_texture() also binds the texture to a texture unit.
   void set(const char* name, int value) const;
   void set(const char* name, float value) const;
   void set(const char* name, int x, int y) const;

@@ -1,9 +1,9 @@
-// Soft shadows: the mean depth of the blockers near a point determines the width of the penumbra.
-// Visibility in the shadow map is averaged over this width (R. Fernando, "Percentage-closer soft
-// shadows", 2005). Ambient occlusion is a weighted sum over neighbours above the tangent plane of
-// the point (M. McGuire, M. Mara, D. Luebke, "Scalable ambient obscurance", 2012). Both use few
-// samples, rotated by a 4 x 4 pattern of angles. A blur that is four pixels wide then averages
-// over this pattern. The blur does not cross depth edges.
+// Soft shadows: the mean depth of the blockers, the surfaces between a point and the light,
+// determines the width of the penumbra. Visibility in the shadow map is averaged over this width
+// (R. Fernando, "Percentage-closer soft shadows", 2005). Ambient occlusion is a weighted sum over
+// neighbours above the tangent plane of the point (M. McGuire, M. Mara, D. Luebke, "Scalable
+// ambient obscurance", 2012). Both use few samples, rotated by a 4 x 4 pattern of angles. A blur
+// that is four pixels wide then averages over this pattern. The blur does not cross depth edges.
 #include "renderer/light_pass.h"
 
 namespace loomstone {
@@ -17,7 +17,7 @@ const char* light_fragment_shader = R"(
 uniform sampler2D surface, shadow_map;
 uniform mat4 light_from_eye;    // from eye space to the light's cube [-1, 1]^3
 uniform vec3 towards_light;     // unit vector in eye space
-uniform vec2 tangent, size;     // tangents of half the angles of view; picture size in pixels
+uniform vec2 tangent, size;     // tangents of half the angles of view; size of this pass in pixels
 uniform float scale, light_radius;
 uniform int with_shadows, with_occlusion;
 out vec4 result;
@@ -41,8 +41,8 @@ float light_seen(vec3 p, vec3 n, float turn) {
   p += lit_side * light_radius * texel * 1.5;
   vec3 q = (light_from_eye * vec4(p, 1.0)).xyz * 0.5 + 0.5;
   if (abs(q.x - 0.5) > 0.5 || abs(q.y - 0.5) > 0.5) return 1.0;
-  // Slope of the depth along the surface. Added to the compared depth, it keeps an inclined surface
-  // from shadowing itself.
+  // Slope of the depth along the surface. The depth that is compared with a texel changes with the
+  // offset of the texel by this slope, so that an inclined surface does not shadow itself.
   vec3 m = normalize(mat3(light_from_eye) * lit_side);
   vec2 slope = clamp(-m.xy / min(m.z, -0.05), vec2(-4.0), vec2(4.0));
   float bias = 0.75 * texel;

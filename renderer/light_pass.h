@@ -1,5 +1,5 @@
-// Third pass, at half size: the smoothed fractions of the light source and of the surroundings that
-// are visible from each point.
+// Third pass, at half the width and height of the picture: the smoothed fractions of the light
+// source and of the surroundings that are visible from each point.
 #pragma once
 
 #include "renderer/depth_pass.h"

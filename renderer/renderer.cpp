@@ -28,7 +28,7 @@ struct Renderer::Data {
   std::optional<Framing> framing;  // set by fit()
   Points first_bodies;             // (nb x 3) body vertices of the frame given to fit() [m]
   std::optional<MeshBuffers> bodies;
-  bool with_curves = false;  // `bodies` also contains the curves of the last picture
+  bool with_curves = false;  // whether `bodies` also contains the curves of one picture
 
   // OpenGL objects, created and destroyed while the context is current.
   struct Passes {

@@ -29,7 +29,7 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
 // The second vector is empty if both halves show the same field.
 std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology,
                                  const Frame& frame);
-// Returns the smallest and the largest value of both fields. For the field contact, the range is
+// Returns the smallest and the largest value in `fields`. For the field contact, the range is
 // always 0 to 2. If there are no values, it is 0 to 1.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
 // Returns the range from color_low to color_high. An end that is not given is taken from the range

@@ -180,7 +180,7 @@ void SurfacePass::draw(const SurfaceShading& shading, const SurfaceThings& thing
   gl_->Enable(GL_SCISSOR_TEST);
   gl_->Scissor(reached.left, reached.bottom, reached.width, reached.height);
   draw_samples(shading, things, reached);
-  // The colours of cloth, bodies and wireframe are premultiplied by their coverage.
+  // The colours of cloth, bodies, curves and wireframe are premultiplied by their coverage.
   gl_->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   lay_over(picture_, to_centres_.size() > 1 ? sum_color_ : resolved_color_);
   gl_->Disable(GL_SCISSOR_TEST);

@@ -21,8 +21,9 @@ struct SurfaceOptions {
   bool transparent;  // no backdrop; floors without a colour or texture show only shadows
   bool colored;      // colours of the cloth show its values, mapped from `range`
   ColorRange range;
-  std::vector<double> split;  // (cloths) column [pixels] right of which the second value is
-                              // shown; if empty, the first value is shown everywhere
+  // (cloths) Column [pixels] right of which the colours show the second of the two values of a
+  // vertex (MeshBuffers). If empty, they show the first value everywhere.
+  std::vector<double> split;
 };
 
 // Inputs of shading that all surfaces share.
@@ -39,7 +40,8 @@ struct SurfaceThings {
   const MeshBuffers& bodies;
   const std::vector<PlacedFloor>& floors;
   const Materials& materials;
-  Index n_bodies;  // bodies and obstacles; curves, if any, are the part of `bodies` with this index
+  // Number of bodies and obstacles. Curves, if any, are the part of `bodies` with this index.
+  Index n_bodies;
 };
 
 class SurfacePass {
@@ -72,7 +74,8 @@ class SurfacePass {
   Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_,
       overlay_program_;
   GlObject picture_color_, picture_depth_, picture_;  // one sample per pixel
-  GlObject things_color_, things_depth_, things_;     // one drawing; alpha is 1 on cloth and bodies
+  // One drawing. Alpha is 1 on cloth, bodies and curves, and 0 elsewhere.
+  GlObject things_color_, things_depth_, things_;
   GlObject resolved_color_, resolved_;  // mean of samples of one drawing; alpha: coverage
   GlObject sum_color_, sum_;            // mean of all drawings
   GlObject color_table_, empty_;

@@ -33,7 +33,8 @@ void main() {
 const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // size of the picture in pixels
-uniform sampler2D light_seen;      // half size: visible light (x), surroundings (y), depth (z)
+// Half-size picture: visible fractions of the light (x) and the surroundings (y), depth [m] (z)
+uniform sampler2D light_seen;
 uniform vec3 towards_light, up;    // unit vectors in eye space
 
 const vec3 sun = vec3(1.06, 0.99, 0.89);
@@ -61,9 +62,9 @@ vec3 backdrop() {
   return c * (1.0 - 0.55 * dot(d, d));
 }
 
-// Returns the visible fractions of light and surroundings at a depth: the mean over the four
-// nearest pixels of the half-size picture. Pixels of a different depth belong to other surfaces and
-// have almost no weight.
+// Returns the visible fractions of light and surroundings at a depth: the weighted mean over the
+// four nearest pixels of the half-size picture. Pixels of a different depth belong to other
+// surfaces and have almost no weight.
 vec2 seen_at(float depth) {
   vec2 half_size = vec2(textureSize(light_seen, 0));
   vec2 at = gl_FragCoord.xy * half_size / size - 0.5;

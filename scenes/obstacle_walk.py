@@ -227,7 +227,9 @@ def about(rotation: Floats, point: Floats, places: Floats) -> Motion:
 
 
 def frames(along: Floats) -> Floats:
-    """Returns the axes of a limb (k x 3 x 3; columns): `along`, front (nearest to +x), and side."""
+    """Returns three orthonormal axes of a limb (k x 3 x 3; columns). The first is the direction of
+    `along` (k x 3), the second is as close to +x as possible, and the third points sideways.
+    """
     u = along / np.linalg.norm(along, axis=1, keepdims=True)
     front = np.array((1.0, 0.0, 0.0)) - u[:, :1] * u
     front /= np.linalg.norm(front, axis=1, keepdims=True)

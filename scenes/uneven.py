@@ -92,7 +92,10 @@ def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.
 
 
 def weighted_centres(points: Floats, faces: NDArray[np.int32], edges: Floats) -> Floats:
-    """Returns the centroids (n x 2) [m] of the triangles around points; small ones count more."""
+    """Returns, for each point, the weighted mean (n x 2) [m] of the centroids of its triangles.
+
+    `edges` are the desired edge lengths at the points [m]. Shorter ones give larger weights.
+    """
     corners = points[faces]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     weight = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]) / edges[faces].mean(axis=1) ** 3

@@ -1,8 +1,8 @@
-"""A loudspeaker: a voice coil glued to a cloth membrane above a magnet, driven by an alternating
-current.
+"""A loudspeaker: a voice coil with an alternating current, glued to a cloth membrane above a
+magnet.
 
-The disc of the coil and the membrane move up and down with the current, and waves run out to the
-rim. The magnet below stands still. The cloth acts as the spring. Red is north and blue is south.
+The coil and the membrane move up and down with the current, and waves run out to the rim. The
+magnet below stands still. The cloth acts as the spring. Red is north and blue is south.
 """
 
 from typing import Any

@@ -1,7 +1,7 @@
 """Lists functions that exceed the size limits: 60 lines, 4 nested control structures, 6 parameters.
 
 Functions named in tests/python/architecture/size_exceptions.txt are left out. Exceptions that are
-no longer needed are listed, too. Keyword-only parameters in Python do not count, because a call
+not needed are listed, too. Keyword-only parameters in Python do not count, because a call
 names them like the fields of a struct. Parameters of command-line commands do not count either,
 because they are the command's options.
 """

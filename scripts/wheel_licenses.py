@@ -75,7 +75,7 @@ def contained(wheel: Path) -> dict[Library, list[Path]]:
 
 
 def with_common_licenses(text: str) -> str:
-    """Returns a licence text of Debian, followed by the common licences to which it refers."""
+    """Returns a licence text, followed by Debian's common licences to which the text refers."""
     names = sorted(set(re.findall(r"/usr/share/common-licenses/([\w.-]*\w)", text)))
     parts = [(SYSTEM / "common-licenses" / name).read_text(encoding="utf-8") for name in names]
     return "\n\n".join([text, *parts])

@@ -59,8 +59,8 @@ struct EventMotion {
   std::vector<EventBody>& bodies;
   // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by loads,
   // internal forces and, in a queue of events, impulses of strain limits. The rows of other
-  // vertices are 0 or not used. At the start of an interval of nested steps, only half a kick acts,
-  // but the rows contain whole kicks.
+  // vertices are 0 or not used. At the start of an interval of nested steps, only half of a change
+  // acts, but the rows contain whole changes.
   const Points& kicks;
   // Times of nested steps [s]; core/integration/asynchronous/nested_steps.h explains their levels.
   // For each level, `step` is the time between consecutive events, and `ahead` is the time from now

@@ -9,7 +9,7 @@ namespace loomstone {
 
 // Indices of the two keyframes that enclose a time, and the fraction of their interval that has
 // passed at that time. At or before the first keyframe, both indices refer to the first keyframe.
-// At or after the last keyframe, both refer to the last keyframe.
+// At or after the last keyframe, both refer to the last keyframe. In both cases, `fraction` is 0.
 struct Keyframes {
   std::size_t first, second;
   double fraction;

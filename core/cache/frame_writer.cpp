@@ -63,7 +63,8 @@ void check_topology(const FrameTopology& topology) {
         static_cast<Eigen::Index>(topology.body_names.size()));
 }
 
-// Returns for each point the value at its vertex. `vertices` contains the vertex of each point.
+// Returns for each point the value at its vertex. `vertices` contains the vertex of each point; see
+// PolyDataMesh.
 std::vector<Index> at_points(const std::vector<Index>& at_vertices,
                              const std::vector<Index>& vertices) {
   std::vector<Index> values;

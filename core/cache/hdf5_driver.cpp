@@ -30,14 +30,15 @@ namespace {
 
 // HDF5 writes metadata (the superblock, headers and indices of datasets) many times between two
 // flushes and in no particular order. Therefore, metadata stays in `pending` until the flush. Raw
-// data goes directly to the file: it fills rows that readers do not read before the flush.
+// data goes directly to the file, unless it overlaps pending bytes: it fills rows that readers do
+// not read before the flush.
 struct JournaledFile : H5FD_t {
   int descriptor = -1;
   bool writes = false;        // true: open for writing
   bool discards = false;      // true: changes stay in `pending` and are never written
   haddr_t end_allocated = 0;  // HDF5's end of allocated space (EOA) [bytes]
   haddr_t length = 0;         // length of the file without a journal [bytes]
-  haddr_t flushed = 0;        // value of `length` after the last flush [bytes]
+  haddr_t flushed = 0;        // value of `length` when the file was last flushed or opened [bytes]
   // Bytes that are not written to the file yet, including those of a journal. If the file is open
   // for reading only, also metadata that has been read.
   PendingBytes pending;
@@ -156,8 +157,9 @@ herr_t close_file(H5FD_t* base) {
   return flushed;
 }
 
-// To HDF5, two open files are never the same, even if they have the same path. Otherwise HDF5 would
-// give them one state, and a new reader would find only the frames that the older reader has found.
+// To HDF5, two open files are never the same, even if they have the same path. Otherwise they would
+// share one state in HDF5, and a new reader would find only the frames that the older reader has
+// found.
 int compare_files(const H5FD_t* a, const H5FD_t* b) {
   if (a == b) return 0;
   return std::less<>()(a, b) ? -1 : 1;

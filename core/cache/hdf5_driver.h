@@ -11,7 +11,7 @@ namespace loomstone::hdf5 {
 // the driver. The files have the format of H5FD_SEC2, the default driver of HDF5. H5FD_SEC2 can
 // read them if no writer was killed during a flush. In a file that is open for reading only,
 // metadata that has been read once does not change, even if another process writes the file. If a
-// file is opened twice, HDF5 keeps two states.
+// file is opened twice, HDF5 treats it as two different files.
 hid_t journal_driver();
 
 // Returns whether a file still contains the metadata that has been read from it. If so, all of this

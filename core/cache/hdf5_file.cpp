@@ -29,8 +29,8 @@ hid_t file_access() {
   return access;
 }
 
-// Number of chunk addresses per B-tree node. A node of this size contains all chunks of a typical
-// run, so nodes are rarely split.
+// Number of chunk addresses per B-tree node. In a typical run, a node of this size has room for the
+// addresses of all chunks of a dataset, so nodes are rarely split.
 constexpr unsigned chunks_per_node = 512;
 
 hid_t file_creation() {

@@ -31,8 +31,8 @@ struct RecordHead {
   std::uint64_t address, count;
 };
 
-// Returns whether the records between `start` and `end` in the file are in ascending order and
-// change only bytes before `start`. Reads only their heads.
+// Returns whether the records between `start` and `end` in the file are complete, do not overlap,
+// have ascending addresses, and change only bytes before `start`. Reads only their heads.
 bool records_fit(int file, std::uint64_t start, std::uint64_t end) {
   std::uint64_t at = start, least = 0;
   while (at < end) {

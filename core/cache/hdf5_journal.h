@@ -17,7 +17,7 @@ class PendingBytes {
  public:
   bool empty() const { return ranges_.empty(); }
   void clear() { ranges_.clear(); }
-  std::uint64_t end() const;  // end of the last range, or 0 without ranges
+  std::uint64_t end() const;  // address at which the last range ends, or 0 without ranges
   bool overlap(std::uint64_t address, std::uint64_t count) const;
   // Adds `bytes`, which belong at `address` in the file. They replace pending bytes at this place.
   void put(std::uint64_t address, std::span<const unsigned char> bytes);
@@ -30,14 +30,15 @@ class PendingBytes {
  private:
   using Ranges = std::map<std::uint64_t, std::vector<unsigned char>>;
   Ranges::const_iterator first_overlap(std::uint64_t address) const;
-  Ranges ranges_;  // from the address of each range to its bytes
+  Ranges ranges_;  // maps the address of each range to its bytes
 };
 
 // The journal consists of records (address, count, bytes) in ascending order and of a trailer,
 // which a writer must write last. A file has a journal if it ends with a trailer that fits the
 // records.
 struct JournalTrailer {
-  std::uint64_t mark, start;       // start: length of the file without the journal [bytes]
+  // `mark` identifies a trailer. `start` is the length of the file without the journal [bytes].
+  std::uint64_t mark, start;
   std::uint64_t records, trailer;  // checksums of the records, and of all numbers before `trailer`
 };
 

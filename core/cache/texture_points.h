@@ -15,9 +15,9 @@ struct TexturePoints {
   Points2 uv;                   // (points x 2) texture coordinates [m]
 };
 
-// Makes a point for each vertex, followed by a point for each further pair (u, v) of a vertex. The
-// result is not textured if there would be more than two points per vertex on average, because the
-// texture coordinates are then discontinuous at many edges.
+// Makes a point for each vertex, followed by a point for each further pair (u, v) of a vertex. If
+// there would be more than two points per vertex on average, the texture coordinates are
+// discontinuous at many edges. The result is then not textured, and its points are the vertices.
 TexturePoints texture_points(Index n_vertices, const Triangles& triangles,
                              const Points2& corner_uv);
 

@@ -55,10 +55,10 @@ struct DraggedSurface {
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force);
 
-// Returns an upper bound of the rate [1/s] at which drag alone changes the velocity of a vertex in
-// rows [begin, end). The rate is the drag on the vertex, divided by its mass and by its velocity
-// relative to the air. The bound adds the magnitudes of normal and tangential drag. `mass` contains
-// the masses of the vertices (n) [kg].
+// Returns an upper bound of the rates [1/s] at which drag alone changes the velocities of the
+// vertices in rows [begin, end). Each triangle of a vertex contributes a third of its drag, divided
+// by the mass of the vertex and by the velocity of the triangle relative to the air. The bound adds
+// the magnitudes of normal and tangential drag. `mass` contains the masses of all vertices [kg].
 double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
                  const Vector& mass, Index begin, Index end);
 

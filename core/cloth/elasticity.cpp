@@ -255,8 +255,8 @@ void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms te
   }
 }
 
-// Multiplies rows [begin, end) of the matrix by product.w, unless it is null, and then adds the
-// mass to these rows. The product therefore excludes the mass.
+// Sets rows [begin, end) of product.y to the product of the matrix and product.w, unless product.w
+// is null. Then adds the mass to these rows of the matrix. The product therefore excludes the mass.
 void Elasticity::finish_rows(Index begin, Index end, Product product) {
   for (Index first = begin; product.w && first < end; first += rows_per_block) {
     alignas(64) double out[4 * rows_per_block];

@@ -147,8 +147,8 @@ class Elasticity {
     std::vector<double> membrane, bending;
   };
   // Adds to `force` the forces that add() computes. If `known`, which is a member of known_,
-  // contains these forces for `rows` and x, uses them instead of calling add(). Otherwise, stores
-  // them in `known`.
+  // contains these forces for `rows` and x, uses them instead of calling add(). Otherwise, calls
+  // add() and stores the forces in `known`.
   template <class Add>
   void add_known(const Team& team, const Points& x, Range rows, KnownForce& known, Add&& add,
                  RowsOut force);

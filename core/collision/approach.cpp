@@ -214,7 +214,8 @@ void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) 
 void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
                                   Approach& found) const {
   // Skips a list whose pairs are all too far apart at the start. list.change bounds the relative
-  // displacement of the two features of any of these pairs in the motion to x1_.
+  // displacement of the two features of any of these pairs in the motion to x1_. list.used bounds
+  // the change of their distances since the list was made.
   const double thickness = pairs_[list.pair].thickness,
                farthest = thickness + added_reach(test.motion) + list.change + list.used;
   list.cost += ListCosts::list;

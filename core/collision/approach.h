@@ -16,7 +16,7 @@ struct ApproachingPair {
   ContactKind kind;
   PairKey key;
   Index pair;    // index of the surface pair
-  bool contact;  // the pair is a contact at the start of the step, see ApproachSearch
+  bool contact;  // true: the pair is a contact at the start of the step, see ApproachSearch
   // Earliest time after the start of the step at which the pair may be closer than its thickness
   // and, if it consists of two edges, its closest points may lie inside both edges [s].
   double wake = 0.0;

@@ -113,8 +113,8 @@ struct ListsOfStep {
         [&](std::size_t i, NeighbourList& list) { costs[i] += std::exchange(list.spent, 0.0f); });
     return costs;
   }
-  // Stores in `work` the times spent on lists and in searches without lists since the last call
-  // [s]. If a time for the same work is already stored, keeps the smaller one.
+  // Stores in `work` the times spent on lists and in searches of unlisted surface pairs since the
+  // last call [s]. If a time for the same work is already stored, keeps the smaller one.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds(first.back(), 0.0);

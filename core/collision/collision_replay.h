@@ -61,9 +61,9 @@ class CollisionReplay {
     std::shared_ptr<const Communicator> communicator;
   };
   // Collective. Performs a search `repetitions` times. Returns, for each repetition, the largest
-  // time that a rank needs from the end of its refit of nodes until it has all results [s]. Throws
-  // InvalidInput if `repetitions` is less than 1, and Unsupported if execution.decomposition is
-  // Predicted.
+  // time that a rank needs from the end of its first refit until it has all results [s]; see
+  // SharedSearch::seconds(). Throws InvalidInput if `repetitions` is less than 1, and Unsupported
+  // if execution.decomposition is Predicted.
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:

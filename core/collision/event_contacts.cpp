@@ -163,8 +163,8 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
   event.at_end = !vertex_face && !closest.interior;
   event.to_cross = event.at_end ? motion_to_cross(points, event.thickness) : 0.0;
   // If the features have passed through each other, they are pushed back to their previous side. A
-  // vertex that has moved around the border of a face has not passed through it. Edges that
-  // have rotated through the parallel position have not passed through each other.
+  // vertex that has moved around the border of a face has not passed through it. Edges that have
+  // rotated through the parallel position have not passed through each other.
   const std::int8_t side = closest.interior ? side_of(which.kind, points) : std::int8_t{0};
   Vec3& last = normal_[pair];
   if (side_[pair] != 0 && side == -side_[pair] && event.normal.dot(last) < 0.0)

@@ -1,11 +1,10 @@
 // Contacts at events within a step (core/base/event_motion.h). An impulse with Coulomb friction
 // ([Thomaszewski2010], (2.58), (2.59)) stops the approach of a pair that is closer than its
-// thickness, and the pair then regains its thickness slowly. A pair that is farther apart is
-// evaluated again when it may come closer than its thickness, but no sooner than after the shortest
-// step of its vertices. Two edges push each other only if their closest points lie inside both
-// edges. Otherwise an end vertex of one edge is closest to the other edge, and the pairs of this
-// vertex with the faces at the other edge are at least as close. Implements the second stage of
-// [Thomaszewski2010], 4.3.
+// thickness, and the pair then regains its thickness slowly. Each pair is evaluated again when it
+// may be closer than its thickness, but no sooner than after the shortest step of its vertices. Two
+// edges push each other only if their closest points lie inside both edges. Otherwise an end vertex
+// of one edge is closest to the other edge, and the pairs of this vertex with the faces at the
+// other edge are at least as close. Implements the second stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>
@@ -22,7 +21,7 @@ namespace loomstone {
 struct EventWork {
   double prescribed = 0.0;  // work done by prescribed vertices and obstacles
   double friction = 0.0;    // work done against friction
-  // Work done by impulses that separate pairs until these pairs regain their thickness.
+  // Work done by impulses that move two features apart, so that the pair regains its thickness.
   double restored = 0.0;
 };
 

@@ -1,8 +1,8 @@
 // Forces per ampere between coils and magnets at one instant.
 //
-// Let G be the force per ampere on a coil. With current i the coil feels i G, and its partners feel
-// -i G by conservation of momentum. Kicks (kick.h) compute the back-EMF of the coil from the same
-// G.
+// Let G be the force per ampere on a coil. At the current i, the coil feels i G. By conservation of
+// momentum, the magnets and other coils that exert this force together feel -i G. Kicks (kick.h)
+// compute the back-EMF of the coil from the same G.
 #pragma once
 
 #include <vector>
@@ -13,9 +13,10 @@
 namespace loomstone {
 
 struct CoilForces {
-  // (coils) Wrenches due to each coil, without those in `pairs` [N/A, N m/A]. The interaction of a
-  // circuit and a coil with given current is part of the entry of the circuit. The interaction of
-  // two coils with given currents is part of the entry of the coil with the higher index.
+  // (coils) Wrenches per ampere in each coil, without those in `pairs` [N/A, N m/A]. The
+  // interaction of a circuit and a coil with given current is part of the entry of the circuit. The
+  // interaction of two coils with given currents is part of the entry of the coil with the higher
+  // index.
   std::vector<CarrierWrenches> per_ampere;
   // Interactions of circuits. Those through magnetised bodies include the action of a circuit on
   // itself. Direct interactions of two circuits on one carrier, or on obstacles at rest, are

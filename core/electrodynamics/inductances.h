@@ -13,8 +13,8 @@ namespace loomstone {
 struct Inductances {
   Eigen::MatrixXd own;  // self and mutual inductances (circuits x circuits) [H]
   // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. Only their
-  // products with changes of the given currents are needed. For coils without Coil::times, whose
-  // current is constant, the part without magnetised bodies is therefore set to 0.
+  // products with changes of the given currents are needed. The columns of coils without
+  // Coil::times, whose current is constant, are therefore 0.
   Eigen::MatrixXd from_given;
 };
 
@@ -25,7 +25,7 @@ class MutualInductances {
   explicit MutualInductances(const MagneticModel& model) : model_(model) {}
 
   // `coils` contains all coils at their poses, each with one ampere. `response` is the response of
-  // the bodies that the coils magnetise, or empty if there are none. Throws InvalidInput if
+  // magnetised bodies to the circuits, or empty if there are no such bodies. Throws InvalidInput if
   // diamagnetic bodies leave a circuit without positive self-inductance, or if two loops whose
   // mutual inductance is needed coincide.
   Inductances at(const std::vector<MagneticBody>& coils, const CircuitResponse& response);

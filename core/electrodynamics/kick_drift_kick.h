@@ -74,7 +74,7 @@ double kinetic_energy(const MagneticModel& model, const MovingBodies& bodies);
 void end_motion(const MagneticModel& model, MovingBodies& bodies);
 
 // Divides a step into sub-steps that are short compared with the period of the fastest oscillation,
-// and in which magnets move by a small fraction of the distance between them.
+// and in which magnets and coils move by a small fraction of the distance between them.
 class Substeps {
  public:
   // `most` is the limit of sub-step length times angular frequency, and of sub-step length times

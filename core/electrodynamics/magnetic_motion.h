@@ -1,6 +1,7 @@
 // Motion of the rigid bodies in a scene with magnets, coils or bearings. The integrator is
-// kick-drift-kick (kick_drift_kick.h) with sub-steps that are short compared with the period of the
-// fastest oscillation (substep_frequency.h). Circuits advance within the kicks (kick.h).
+// kick-drift-kick (kick_drift_kick.h) with sub-steps that resolve the fastest oscillation and the
+// relative motion of magnets and coils (substep_frequency.h), and that bound the error of the work
+// (work_error.h). Circuits advance within the kicks (kick.h).
 #pragma once
 
 #include <optional>

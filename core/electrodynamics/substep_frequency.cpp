@@ -78,7 +78,8 @@ std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody
   return spheres;
 }
 
-// Returns whether all induced bodies are point dipoles with positive polarisability.
+// Returns whether there are induced bodies and all of them are point dipoles with positive
+// polarisability.
 bool SubstepFrequency::all_soft_spheres() const {
   return !magnets_.induced().empty() && magnets_.dipoles_only() &&
          magnets_.polarizabilities().minCoeff() > 0.0;

@@ -1,5 +1,5 @@
-// Error of the work that the forces between magnets do in the half kicks of a sub-step. The work of
-// currents is exact, because circuits lose the same energy (kick.h).
+// Error of the work that the forces between magnets and the uniform field do in the half kicks of a
+// sub-step. The work of currents is exact, because circuits lose the same energy (kick.h).
 //
 // Forces that grow as bodies approach each other do too much work in a sub-step, which appears as
 // spurious energy when the bodies meet. There are two causes. Let F0 and F1 be the forces at the
@@ -29,7 +29,7 @@
 
 namespace loomstone {
 
-// The displacements in a sub-step, and the wrenches between magnets at its start and end.
+// The displacements in a sub-step, and the wrenches_between_magnets() at its start and end.
 struct SubstepWork {
   const RigidState &start, &end;
   const std::vector<std::uint8_t>& touched;  // (bodies) 1: body did not move freely

@@ -55,9 +55,9 @@ double largest_bending_damping(const ClothModel& model) {
 constexpr double tolerated_growth = 0.01;
 
 // Returns whether bending is implicit. BendingInStep::Auto makes it implicit if explicit bending
-// would be unstable or nearly so, or would amplify oscillations faster than tolerated_growth. Let
-// h be the step, lambda the largest eigenvalue of M^-1 K for bending, beta the largest bending
-// damping and s = h (h + 2 beta) lambda.
+// would be unstable or nearly so, or would amplify oscillations faster than tolerated_growth. In
+// this function, h is the step, lambda the largest eigenvalue of M^-1 K for bending, beta the
+// largest bending damping, and s = h (h + 2 beta) lambda.
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
   const ImplicitOptions& implicit = *options.implicit();
   if (implicit.bending != BendingInStep::Auto) return implicit.bending == BendingInStep::Implicit;

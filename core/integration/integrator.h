@@ -51,8 +51,8 @@ struct BodiesOfStep {
   std::vector<std::uint8_t>* with_cloth = nullptr;
 };
 
-// Input of a step. Tables have a row for each cloth vertex. If the linear system includes rigid
-// bodies, two rows per body (translation, rotation) follow.
+// Input of a step. Tables with the size (rows) have a row for each cloth vertex. If the linear
+// system includes rigid bodies, two rows per body (translation, rotation) follow.
 struct StepInputs {
   double step = 0.0;  // length h [s]
   double time = 0.0;  // start of the step [s]
@@ -68,14 +68,15 @@ struct StepInputs {
   // contact forces is too large. Null, on all ranks, if no rank has terms of contacts.
   const ForcesAfter* forces_after = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
-  // (n x 3) Positions of prescribed vertices at the end [m]; no rows if no vertex is prescribed.
+  // (n x 3) Positions of prescribed vertices at the end [m]. The rows of other vertices are not
+  // used. There are no rows if no vertex is prescribed.
   const Points* target = nullptr;
   // True, on all ranks, if implicit schemes must take the step by backward Euler. This is so if a
   // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
   // BDF-2 would throw the cloth back, or if the scheme has gained energy (see relative_gain() in
   // core/sim/step/energy_account.h).
   bool damped = false;
-  // Factor on the tolerance of the iterative solver in linearised schemes [1].
+  // Linearised schemes multiply the tolerance of the iterative solver by this factor [1].
   double tolerance_factor = 1.0;
   // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
   // then takes the step by midpoint, because forces that act on cloth by BDF-2 and on bodies by
@@ -165,8 +166,9 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
 // implicit bending if explicit bending would be unstable or nearly so. In midpoint and BDF-2,
 // explicit bending amplifies oscillations in every step, and Auto selects implicit bending if
 // amplitudes would grow by more than 1 % per second. With implicit bending, semi-implicit Euler
-// uses the lumped bending stiffness, unless bending is damped or the Jacobian is exact. Explicit
-// and asynchronous schemes always treat bending explicitly.
+// uses the lumped bending stiffness, unless bending is damped or the Jacobian is exact. Other
+// implicit schemes use the full stiffness. Explicit and asynchronous schemes always treat bending
+// explicitly.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -29,9 +29,9 @@ void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 // Sets the positions of prescribed vertices exactly to their targets.
 void place_fixed(const StepInputs& inputs, Points& x);
 
-// Adds the forces of the terms, -sigma J^T (g + H s), to the owned rows of `rhs`. J, g, H and the
-// relative displacement s of a term are defined in extra_terms.h. s is evaluated at the time c.time
-// after the start of the step, for the given displacement of the rows.
+// Adds the forces of the terms, -J^T (g + H s), times sigma to the owned rows of `rhs`. J, g, H and
+// the relative displacement s of a term are defined in extra_terms.h. s is evaluated at the time
+// c.time after the start of the step, for the given displacement of the rows.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, RowsOut rhs);
 

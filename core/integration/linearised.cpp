@@ -25,12 +25,13 @@ namespace {
 
 // If the relative error of contact forces (ContactError::relative()) is below `force_tolerance`,
 // the forces of the first solve are kept. If it is below `force_tolerance_again`, those of a later
-// solve are kept. Our choice. In a landing, the normal forces of the first solve can be three times
-// as large as those of the second one. With `most_solves` = 2, sheets that land on a floor have up
-// to 3.4 times the friction of Coulomb's law. With `most_solves` = 5, a light stiff sheet that
-// slides on a floor stops in a single step. With `force_tolerance` = 0.1, a sheet on an incline
-// that is 6 % steeper than friction can hold starts half a second late. With
-// `force_tolerance_again` = 0.5, a disc that turns with a turntable creeps on it.
+// solve are kept. A step has at most `most_solves` solves. These numbers are our choice. In a
+// landing, the normal forces of the first solve can be three times as large as those of the second
+// one. With `most_solves` = 2, sheets that land on a floor have up to 3.4 times the friction of
+// Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a floor stops in a
+// single step. With `force_tolerance` = 0.1, a sheet on an incline that is 6 % steeper than
+// friction can hold starts half a second late. With `force_tolerance_again` = 0.5, a disc that
+// turns with a turntable creeps on it.
 constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
 // Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
@@ -223,9 +224,9 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   // Returns the motion whose neglected strain (1/2 dF^T dF) the geometric stiffness omits, or an
-  // empty PastMotion if nothing is omitted. The stress in the geometric stiffness is then that of
-  // the linear model of the last step: at the middle of the last step for midpoint, and at its end
-  // otherwise. Stress from the neglected strain would resist rotation.
+  // empty PastMotion if nothing is omitted. Without this strain, the stress in the geometric
+  // stiffness is that of the linear model of the last step: at the middle of the last step for
+  // midpoint, and at its end otherwise. Stress from the neglected strain would resist rotation.
   PastMotion past_motion(const ClothState& state, Scheme scheme) {
     if (!corrects_stress_) return {};
     if (scheme_ == Scheme::BackwardEuler) {
@@ -330,7 +331,7 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   Scheme scheme_;
-  Scheme taken_;  // scheme by which advance() took the last step
+  Scheme taken_;  // scheme of the current or last step
   JacobianKind kind_;
   const ClothModel& model_;
   Elasticity& elasticity_;
@@ -347,7 +348,7 @@ class LinearisedIntegrator final : public Integrator {
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;           // terms of the last solve, if the step was solved again
   ExtraTerms next_terms_;      // terms for another solve
-  bool solved_again_ = false;  // true: the last step was solved again with terms_
+  bool solved_again_ = false;  // true: the current or last step was solved again with terms_
   OwnRows rhs_, rhs_with_terms_;
   Points displacement_, drift_, next_x_, next_v_;
   Points moved_, middle_;  // see past_motion()

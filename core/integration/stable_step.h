@@ -17,9 +17,9 @@ double stable_step(Elasticity& elasticity, const ClothModel& model, const Points
 // Estimates, for each triangle of this rank, the tangent stiffness of the stretched membrane
 // divided by that at rest. Returns the largest of these ratios, or 1 if all are smaller. If
 // e1 >= e2 are the principal Green strains of a St. Venant-Kirchhoff membrane, its tangent modulus
-// along e1 is the modulus at rest times 1 + 3 e1 + nu e2, where Poisson's ratio nu is at most 1.
-// Modes that also shear can be stiffer: in tests, stable steps are up to 5 % shorter than the
-// estimate implies. x (n x 3) are positions [m].
+// along e1 is the modulus at rest times 1 + 3 e1 + nu e2. Poisson's ratio nu is at most 1, and the
+// estimate replaces nu e2 by max(0, e2). Modes that also shear can be stiffer: in tests, stable
+// steps are up to 5 % shorter than the estimate implies. x (n x 3) are positions [m].
 double stiffening_of_rank(Elasticity& elasticity, const Team& team, const Points& x);
 
 }  // namespace loomstone

@@ -95,7 +95,8 @@ void gather(const RowLayout& layout, const std::vector<Index>& starts, std::vect
 
 Aggregates grow_aggregates(const BlockMatrix& matrix, const RowLayout& layout) {
   const Index n_rows = matrix.n_rows(), n_blocks = (n_rows + rows_per_block - 1) / rows_per_block;
-  // First rows and first blocks of the ranks. Rows of bodies have no aggregates.
+  // (ranks + 1) First row and first block of each rank, limited to the rows of the matrix. Rows of
+  // bodies follow these rows and have no aggregates.
   std::vector<Index> rows, blocks;
   for (const Index start : layout.starts()) {
     rows.push_back(std::min(start, n_rows));

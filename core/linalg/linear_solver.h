@@ -86,8 +86,8 @@ class SolveMemory {
   SolveMemory& operator=(SolveMemory&&) noexcept;
 
   PcgMemory& pcg() { return *pcg_; }
-  // solver_bytes() returns the memory of matrix copies and vectors, and preconditioner_bytes() that
-  // of the preconditioner [bytes].
+  // solver_bytes() returns the memory of matrix copies, terms and vectors, and
+  // preconditioner_bytes() that of the preconditioner [bytes].
   std::size_t solver_bytes() const;
   std::size_t preconditioner_bytes() const;
 

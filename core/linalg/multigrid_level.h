@@ -34,7 +34,7 @@ struct MultigridLevel {
   std::vector<Index> child_start;
   std::vector<Index> target;        // (blocks) block of the next level to which each block is added
   SlicedEllpack slices;             // layout of the rows of `owned`
-  CouplingMatrix<float> couplings;  // copy of the rows of `owned` for the kernels
+  CouplingMatrix<float> couplings;  // copy of `matrix` in this layout, for the kernels
   // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
   std::vector<float> inverse;
   // ((nodes + n_spare) x 4) Vectors of the V-cycle. The n_spare rows after the nodes are zero.

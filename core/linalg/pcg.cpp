@@ -134,8 +134,8 @@ Guess look_at(const PcgSolve& solve, const Points& guess) {
   return {any(FixedValue), any(FreeValue), m.has_iteration && !any(Differs)};
 }
 
-// Sets x. Fixed rows are copied from the guess. Free rows are copied from the guess if `free_rows`
-// is set, and are set to zero otherwise.
+// Sets PcgMemory::x. Fixed rows are copied from the guess. Free rows are copied from the guess if
+// `free_rows` is set, and are set to zero otherwise.
 void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     for (Index row = begin; row < end; ++row) {

@@ -46,7 +46,7 @@ struct Krylov {
 struct PcgMemory {
   // Layout of the matrix, reused while the pattern is unchanged.
   SlicedEllpack slices;
-  // Data of the last system.
+  // Data of the system of the current or last solve.
   TermRows terms;
   Halo halo;  // rows that ranks exchange before a product
   HaloExchange halo_exchange;
@@ -57,8 +57,9 @@ struct PcgMemory {
   std::vector<Index> inner_blocks, outer_blocks;
   Preconditioner preconditioner;
   Krylov<float> single;
-  Krylov<double> wide;      // filled only if single precision does not suffice
-  bool has_matrix = false;  // `single.matrix` and the preconditioner belong to the last matrix
+  Krylov<double> wide;  // filled only if single precision does not suffice
+  // True if the next solve with the same matrix can reuse `single.matrix` and the preconditioner.
+  bool has_matrix = false;
   // Vectors of the iteration. x has the rows of this rank, with four numbers per row, and one more
   // row for empty lanes. residual is stored by slices.
   std::vector<double> x, residual;

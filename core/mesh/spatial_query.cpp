@@ -60,8 +60,8 @@ struct Search {
   TrianglePoint candidate{};
 };
 
-// Returns distance + rounding, enlarged by a fraction of 1e-6. Embree rounds its distances to
-// boxes, but triangles at exactly `distance` must be found, too.
+// Returns distance + rounding, enlarged by a fraction of 1e-6. Embree's distances to boxes have
+// rounding errors, but triangles at exactly `distance` must be found, too.
 float search_radius(double distance, double rounding) {
   return static_cast<float>((distance + rounding) * (1.0 + 1e-6));
 }

@@ -18,9 +18,10 @@ namespace loomstone {
 
 // Communication of a rank since its communicator was made.
 struct Traffic {
-  double waiting = 0.0;         // time spent waiting for other ranks [s]
-  std::int64_t bytes = 0;       // data that this rank sent or contributed [bytes]
-  std::int64_t operations = 0;  // exchanges, and collective operations except open_mailbox()
+  double waiting = 0.0;    // time spent waiting for other ranks [s]
+  std::int64_t bytes = 0;  // data that this rank sent or contributed [bytes]
+  // Number of exchanges and of collective operations, without calls of open_mailbox().
+  std::int64_t operations = 0;
 };
 
 class Communicator {

@@ -341,7 +341,7 @@ class MpiCommunicator final : public Communicator {
   int rank_ = 0, size_ = 1;
   std::unique_ptr<MpiWatch> watch_;
   bool shares_processors_;
-  mutable std::vector<int> counts_, displacements_;  // arguments of the last start_gather()
+  mutable std::vector<int> counts_, displacements_;  // arguments of the gather in progress
   mutable std::vector<MPI_Request> requests_;        // operations that are not complete
   mutable std::string agreed_;
   mutable Traffic traffic_;

@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-// Room of each rank in the next exchange. Every kind of element needs its own GatherRoom.
+// Room of each rank in the next gather. Every kind of element needs its own GatherRoom.
 struct GatherRoom {
   std::vector<std::size_t> elements;  // (ranks) number of elements
   std::vector<std::byte> buffer;      // scratch

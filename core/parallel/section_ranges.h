@@ -28,7 +28,8 @@ SectionRanges section_ranges(const std::vector<float>& costs, const SectionStart
 
 // Returns the imbalance of ranges [1]: A / B. A is the sum, over all groups of sections that are
 // cut together, of the cost of the most expensive range of the group. B is the mean cost per rank.
-// The imbalance is 1 if all ranges of a group cost the same, and also without ranges or costs.
+// The imbalance is 1 if, in every group, all ranges cost the same. It is also 1 without ranges or
+// costs.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

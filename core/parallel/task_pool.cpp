@@ -34,7 +34,8 @@ struct Header {
   PoolMessage kind;
   std::int32_t round;
   std::int32_t from, wave;
-  // In messages of the kind Counts: tasks that a rank and those below it have sent and received.
+  // In messages of the kind Counts: numbers of tasks that the sender of the message and the ranks
+  // below it in the tree (termination.h) have sent and received.
   std::int64_t sent, received;
 };
 

@@ -20,7 +20,8 @@ inline constexpr Index rows_per_block = 128;
 struct Team {
   int threads = 1;
   std::int64_t* iterations = nullptr;  // counts loop iterations and tests of TaskPool; may be null
-  double* busy = nullptr;  // (threads) time that each thread spends in loops [s]; may be null
+  // (threads) Time that each thread works in loops, traversals and tasks [s]; may be null.
+  double* busy = nullptr;
 };
 
 // Largest number of threads that may be requested. libgomp aborts if it cannot start all of them.

@@ -31,7 +31,7 @@ class ThreadChoice {
   bool fixed_;
   double wall_ = 0.0, running_ = 0.0;  // elapsed and running time since the last decision [s]
   double on_one_ = 0.0;                // time of steps since all threads were last in use [s]
-  double stay_ = 0.0;                  // least time on one thread before the next trial [s]
+  double stay_ = 0.0;                  // least time on one thread until all are tried again [s]
   std::chrono::steady_clock::time_point start_;
   double running_at_start_ = 0.0;
 };

@@ -30,7 +30,7 @@ namespace loomstone {
 // Restitution excludes the kicks of the step, as it excludes gravity: forces that press two bodies
 // together do not make them bounce. A body bounces in the step in which it reaches the other body,
 // even if there is still a gap at the start of the step. Without this rule, Bullet would brake the
-// body to the speed that closes the gap in this step, and nothing would be left to bounce.
+// body to the speed that closes the gap in this step, and the body would not rebound.
 //
 // Bullet's continuous detection is not used. It sweeps a sphere by an iteration that does not
 // converge if the sphere slides along a surface, and then stops or deflects bodies. The collision
@@ -47,8 +47,9 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   // which does not count as approach speed. This step also ends with a half kick, and the speed of
   // the rebound includes it.
   struct Kicks {
-    std::vector<Kick> whole;  // by all impulses of the step; the velocities already contain them
-    std::vector<Kick> half;   // half kicks by the forces of kick-drift-kick; may be empty
+    // Kicks by all impulses of the step. The velocities of the bodies already contain them.
+    std::vector<Kick> whole;
+    std::vector<Kick> half;  // half kicks by the forces of kick-drift-kick; may be empty
   };
 
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;

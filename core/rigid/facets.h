@@ -27,8 +27,8 @@ struct Facet {
   // Returns the positions of the corners (3 x 3, one corner per row), given the vertex positions x.
   Mat3 at(const Points& x) const;
   // Moves the triangle's Bullet body to the corners given by the vertex positions x. The axes of
-  // the body rotate with the triangle, so contact points of the last step keep their position on
-  // the triangle.
+  // the body rotate with the triangle, so contact points of the previous step keep their position
+  // on the triangle.
   void put(btRigidBody& body, const Points& x) const;
 };
 

@@ -18,7 +18,7 @@ namespace {
 
 using Corners = HullOnTriangles::Corners;
 
-constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
+constexpr std::size_t most_planes = 4;  // largest number of contact planes of a hull and a mesh
 // Contact planes of consecutive steps count as the same plane if the cosine of the angle between
 // their normals is at least this value.
 constexpr btScalar still_same_plane = 0.9;
@@ -143,7 +143,9 @@ class HullAlgorithm : public btCollisionAlgorithm {
   // end.
   bool passes(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met) const {
     if (planes_.empty()) return false;
-    constexpr double towards_corner = 0.9;  // corners themselves would graze what the hull lies on
+    // Position of a point between the centre (0) and a corner (1). Corners themselves would graze a
+    // surface on which the hull lies.
+    constexpr double towards_corner = 0.9;
     const btTransform back = motion.inverse();
     const auto crosses = [&](const Vec3& point) {
       const Vec3 end = from_bullet(back * to_bullet(point));
@@ -212,7 +214,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return chosen;
   }
 
-  // Replaces the contact points of the last step. A new point near an old one starts from the
+  // Replaces the contact points of the previous step. A new point near an old one starts from the
   // impulse of the old one.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
     // Bullet expects normals that point away from the second body.

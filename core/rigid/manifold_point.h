@@ -1,7 +1,7 @@
-// Contact points that the collision algorithms write to Bullet's manifolds themselves. Bullet's
-// btManifoldResult joins points that are closer than the contact breaking threshold. If contacts
-// lie ahead of a motion, this threshold must be as long as the motion, and all points of a small
-// fast body would become one.
+// Contact points that the collision algorithms of this directory write directly to Bullet's
+// manifolds. Bullet's btManifoldResult joins points that are closer than the contact breaking
+// threshold. For contacts ahead of a motion, this threshold must be as long as the motion, so
+// btManifoldResult would join all points of a small fast body.
 #pragma once
 
 #include "core/rigid/bullet.h"
@@ -12,7 +12,7 @@ namespace loomstone {
 // first body, and the positions are points on the two bodies in world coordinates.
 btManifoldPoint manifold_point(const btPersistentManifold& manifold, const btVector3& on_first,
                                const btVector3& on_second, const btVector3& normal);
-// Makes `point` continue from the impulses of a point of the last step.
+// Makes `point` continue from the impulses of `before`, a point of the previous step.
 void continue_from(const btManifoldPoint& before, btManifoldPoint& point);
 
 }  // namespace loomstone

@@ -182,8 +182,8 @@ class RigidWorld {
   const std::vector<MassProperties>& mass_properties() const;
 
   // Builds a new world from `state`, including its manifolds. If these are empty, there are no
-  // contact points, and obstacles are at their start poses. Later results do not depend on any step
-  // before this call, except through `state`.
+  // contact points, and obstacles are at their initial positions. Later results do not depend on
+  // any step before this call, except through `state`.
   void restore(const RigidState& state);
   // Applies the impulses, then advances by `step` [s]. `obstacles` gives the obstacles' positions
   // at the end of the step; their velocities are constant over the step. If `touched` (b) is given,
@@ -191,8 +191,8 @@ class RigidWorld {
   // and to 0 for the others.
   // Restitution acts on the approach speed without the velocity changes due to the impulses and to
   // gravity. If the velocities in `state` are those of kick-drift-kick, `half` gives the impulses
-  // of a half kick. The approach speed then also excludes the half kick that ended the last step,
-  // and the rebound includes the one that ends this step.
+  // of a half kick. The approach speed then also excludes the half kick that ended the previous
+  // step, and the rebound includes the one that ends this step.
   void advance(double step, const BodyImpulses& impulses, const ObstaclePlaces& obstacles,
                RigidState& state, std::vector<std::uint8_t>* touched = nullptr,
                const BodyImpulses* half = nullptr);

@@ -147,7 +147,8 @@ void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
                state.angular_velocities.row(i).transpose());
 }
 
-// Updates those of Bullet's bodies whose state the caller has changed since the last step.
+// Updates those of Bullet's bodies whose state the caller has changed since the last restore() or
+// advance().
 void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (state.positions.row(i) != known.positions.row(i) ||
@@ -194,10 +195,11 @@ std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const R
 }
 
 // Sets the orientations of bodies that nothing has touched to those of their free motion, where
-// these are known (FreeMotion::orientation). If a body that spins fast was touched, its change of
-// angular velocity, which Bullet has computed for the orientation at the start, turns with the
-// body. In the orientation that Bullet computes, the same angular velocity would give a slender
-// body a different energy.
+// these are known (FreeMotion::orientation). If a body that spins fast and has no bearing was
+// touched, it makes the rotation of its free motion, and a further rotation by its change of
+// angular velocity. Bullet has computed this change for the orientation at the start, so the change
+// turns with the body. In the orientation that Bullet computes, the same angular velocity would
+// give a slender body a different energy.
 void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, double step,
                                       RigidState& state) {
   constexpr double fast = 1e-2;  // turn in a step [rad]
@@ -221,7 +223,7 @@ void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, doubl
 }
 
 // Puts the centres of mass of bodies in bearings back to their place at the start of a step and
-// sets their velocities to zero.
+// sets the velocities of these centres to zero.
 void RigidWorld::Data::hold_centres(const RigidState& start) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!turns_in_bearing(i)) continue;

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-// A contact of a sphere, which is the first body of its manifold.
+// A contact between a sphere and another object. The sphere is the first body of the manifold.
 struct BallContact {
   btPersistentManifold* manifold;
   int point;
@@ -53,9 +53,10 @@ btScalar closing_time(const BallContact& contact, const btVector3& motion) {
   return closed > contact.gap ? contact.gap / closed : 2.0;
 }
 
-// Path of a sphere whose motion `earlier` contacts block in part: the motion in the step [m], and
-// the direction in which the sphere goes on. Only contacts with obstacles count, because bodies may
-// give way, and only those with other obstacles than that of `contact`.
+// Path of a sphere whose motion without contacts is `whole`. The contacts in `earlier` block a part
+// of it. `motion` is the motion that remains in the step [m], and `direction` (of any length) is
+// the direction in which the sphere goes on after the step. Only contacts with obstacles count,
+// because bodies may give way. Contacts of the same pair as `contact` do not count.
 struct Path {
   Path(const std::vector<BallContact>& earlier, const BallContact& contact, const btVector3& whole)
       : motion(whole), direction(whole) {
@@ -83,10 +84,11 @@ btScalar distance_from_ray(const btVector3& point, const btVector3& from,
   return (from + std::clamp(share, btScalar(0), end) * direction - point).length();
 }
 
-// Returns whether a sphere passes the other object on its path, although its unblocked motion
-// `whole` would meet it. Only the contact point of the object is tested, which is sufficient if the
-// path and `whole` differ little. Returns false if they are equal or differ by more than half the
-// radius. A short motion does not enter an object far, so the path is continued beyond the step.
+// Returns whether a sphere on `path` passes the other object, which its unblocked motion `whole`
+// would meet. Only the contact point of the object is tested, which is sufficient if the path and
+// `whole` differ little. Returns false if the two motions are equal or differ by more than half the
+// radius, or if the sphere stops after the step. A short motion does not enter an object far, so
+// the path is continued beyond the step.
 bool passes(const BallContact& contact, const btVector3& whole, const Path& path) {
   const btRigidBody& sphere = first(*contact.manifold);
   const btVector3& centre = sphere.getWorldTransform().getOrigin();

@@ -89,8 +89,9 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
 // reaches beyond the searched one.
 class NearTriangles : btTriangleCallback {
  public:
-  // Returns all triangles within `reach` of a point in the axes of the mesh, and possibly more. A
-  // search covers an additional distance `room`, so later calls for nearby points need no search.
+  // Returns all triangles of the mesh within `reach` of `point`, and possibly more. `point` is
+  // given in the axes of the mesh. A search covers an additional distance `room`, so later calls
+  // for nearby points need no search.
   const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room,
                                                  const btBvhTriangleMeshShape& mesh) {
     if ((point - centre_).length() + reach > reach_) {
@@ -112,8 +113,8 @@ class NearTriangles : btTriangleCallback {
   }
 
   std::vector<std::array<Vec3, 3>> triangles_;
-  btVector3 centre_{0, 0, 0};  // centre of the last search
-  double reach_ = -1.0;        // reach of the last search; negative: none
+  btVector3 centre_{0, 0, 0};  // centre of the latest search
+  double reach_ = -1.0;        // radius of the latest search [m]; negative before the first search
 };
 
 // Collision algorithm for one pair. The first body is a sphere, the second a sphere, a mesh or a

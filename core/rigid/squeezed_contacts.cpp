@@ -10,14 +10,14 @@ namespace {
 
 // Elastic modulus of bodies [Pa]. Our choice: that of hard rubber and soft plastics.
 constexpr btScalar modulus = 1e8;
-// Overlap that counts as rounding, as a fraction of the body's smallest side.
+// Overlap that counts as rounding, as a fraction of the smallest side of the body's bounding box.
 constexpr btScalar rounding = 1e-4;
 // Largest cosine of the angle between the normals of opposite contacts.
 constexpr btScalar opposite = -0.9;
 
 // Contact of a body with an obstacle. The normal points to the body.
 struct ObstacleContact {
-  int body;  // index of the solver's body
+  int body;  // index in ContactRows::bodies
   int row;
   btVector3 normal;
   btScalar depth;  // overlap, negative for a gap [m]
@@ -28,7 +28,7 @@ const btRigidBody* dynamic_body(const ContactRows& contacts, int index) {
   return body && !body->isStaticOrKinematicObject() ? body : nullptr;
 }
 
-// Returns the contacts with obstacles, sorted by body.
+// Returns the contacts between bodies and obstacles, sorted by body.
 std::vector<ObstacleContact> obstacle_contacts(const ContactRows& contacts) {
   std::vector<ObstacleContact> found;
   for (int i = 0; i < contacts.rows.size(); ++i) {

@@ -11,7 +11,7 @@ namespace loomstone {
 namespace {
 
 // Straight path of a point relative to an obstacle, in the axes of the obstacle. Finds the first
-// triangle that it crosses.
+// crossing of the path with a triangle.
 class PathOfCentre : public btTriangleCallback {
  public:
   PathOfCentre(const btVector3& from, const btVector3& to) : from_(from), to_(to) {}

@@ -11,8 +11,9 @@ namespace loomstone {
 // `from` in a step [s], against the triangles of all obstacles. If the centre has crossed a
 // surface, the body is put back along the path. The length of the path between its centre and the
 // surface is then the inner radius (step_motion.h), or less if the path begins closer to the
-// surface. The body keeps its velocity, and has contacts in the next step. Compound shapes are not
-// tested, because their centres may lie outside of them.
+// surface. The body keeps its velocity, and has contacts in the next step. Paths shorter than 1 %
+// of the inner radius are not tested. Compound shapes are not tested either, because their centres
+// may lie outside of them.
 void stop_at_surfaces(btBroadphaseInterface& broadphase, const btVector3& from, btScalar step,
                       btRigidBody& body);
 

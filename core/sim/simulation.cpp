@@ -54,7 +54,7 @@ struct Simulation::Data {
   std::unique_ptr<Stepper> stepper;
   UserWrites writes;
   std::atomic_flag stepping = ATOMIC_FLAG_INIT;
-  bool measured = false;  // true: the energies in the report are those of the current state
+  bool measured = false;  // true: energies and strains in the report are those of the current state
   std::int64_t iterations = 0;
 
   void make_stepper() {
@@ -76,8 +76,6 @@ struct Simulation::Data {
         if (t < n) t = model.triangle_of[t];
     return triangles;
   }
-  // Copies `user`, in the user's order, to `rows`, in row order. Does not reallocate `rows`, so
-  // numpy views of it remain valid.
   void check_rows(const Points& user, const char* name) const {
     if (user.rows() != model.cloth.n_vertices)
       fail<InvalidInput>("{} must have {} rows (all cloth vertices), got {}", name,
@@ -86,6 +84,8 @@ struct Simulation::Data {
       if (!user.row(i).allFinite())
         fail<InvalidInput>("{} must be finite, but row {} is not; nothing was changed", name, i);
   }
+  // Copies `user`, in the user's order, to `rows`, in row order. Does not reallocate `rows`, so
+  // numpy views of it remain valid.
   void to_rows(const Points& user, const char* name, Points& rows,
                UserWrites::Kind kind = UserWrites::Table) {
     check_rows(user, name);

@@ -52,7 +52,7 @@ class Simulation {
   CollisionRecord collision_motion() const;
   // Returns CollisionStage::hierarchy_bytes(), or 0 if nothing collides.
   std::size_t hierarchy_bytes() const;
-  // Memory that this rank occupies, by the part of the simulation that owns it.
+  // Memory that one part of the simulation occupies on this rank.
   struct MemoryPart {
     std::string name;
     std::size_t bytes;
@@ -74,11 +74,11 @@ class Simulation {
   const std::vector<Index>& vertex_order() const;  // internal row of each vertex
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
-  // positions or velocities restarts multistep schemes. Every step first checks the tables that
-  // users may write. Every rank has all rows of each table. A step updates all rows on every rank,
-  // except in cloth.previous_bending, where it updates only the rows that the rank owns. A rank
-  // should write only the rows that it owns. `pin_override`, `target_time`, poses of obstacles, and
-  // forces and torques on bodies are taken from rank 0.
+  // positions or velocities restarts multistep schemes and the account of energy. Every step first
+  // checks the tables that users may write. Every rank has all rows of each table. A step updates
+  // all rows on every rank, except in cloth.previous_bending, where it updates only the rows that
+  // the rank owns. A rank should write only the rows that it owns. `pin_override`, `target_time`,
+  // poses of obstacles, and forces and torques on bodies are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank owns to all other ranks.
@@ -125,7 +125,8 @@ class Simulation {
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after
   // a step has left unresolved impacts, for example because scripted motion leaves the cloth no
-  // room. Every step updates the list until the cloth is free of intersections.
+  // room. At least one triangle of each pair is cloth. Every step updates the list until the cloth
+  // is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
   // Returns each triangle (user numbering, all cloths concatenated) and mode (0: weft, 1: warp, 2:

@@ -2,10 +2,11 @@
 
     python tests/benchmarks/culling.py --intervals 2.5e-3 1e-3
 
-The scene `ribbon` runs once for each interval. Each sample has a row with numbers of pairs of
+The scene `ribbon` runs once for each interval. Each sampled step has a row with numbers of pairs of
 features:
-- overlap: their 18-DOPs overlap over the next interval. The 18-DOPs enclose the motion that the
-  search assumes: 1.5 times the velocity, with an allowance for velocities that change.
+- overlap: their 18-DOPs overlap over the next interval. The 18-DOPs enclose half the thickness and
+  the motion that the search assumes: 1.5 times the velocity, with an allowance for velocities that
+  change.
 - constant: their 18-DOPs overlap at constant velocity, without the allowance
 - reach: their distance is also small enough for a contact within the interval (the candidates of
   core/collision/approach.h)

@@ -4,10 +4,11 @@
     python tests/benchmarks/energy.py drape twist --integrator bdf2
 
 Each of the given scenes (default: all scene files) runs with at most about 3,600 triangles per
-cloth, for at most 1 s of simulated time. The table lists the largest kinetic energy K, the largest
-gain without and with the energy of contacts, the gain at the end (without contacts), and the work
-and losses [J]. The gain is the increase of energy minus work since the start, in percent of K. A
-row is marked if the largest gain exceeds 2 % without contacts or 5 % with them.
+cloth, for at most 1 s of simulated time. The table lists this time [s], the largest kinetic energy
+K [J], the largest gain without and with the energy of contacts, the gain at the end (without
+contacts), the work and losses [J], and the processor time [s]. The gain is the increase of energy
+minus work since the start, in percent of K. A row is marked if the largest gain exceeds 2 % without
+contacts or 5 % with them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth,
-heaps, a pile of bodies and towels, a tight sleeve, a wrung tube, a sheet pulled far beyond its
-limits, a pushed ribbon, a stiff sheet pulled over an edge, and magnets that clamp cloth.
+a heap of towels, a pile of bodies and towels, a tight sleeve, a wrung tube, a sheet pulled far
+beyond its limits, a pushed ribbon, a stiff sheet pulled over an edge, and magnets that clamp cloth.
 
 certify.py counts the intersections in some of these scenes, and
 tests/python/simulation/test_extreme_scenes.py checks the motion in all of them.

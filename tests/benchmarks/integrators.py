@@ -29,7 +29,9 @@ TRIED = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)  # viscosities [N s/m]
 
 
 class Swing(NamedTuple):
-    """A run: its course, its cost, why it ended early ("" if it did not), and its picture."""
+    """A run: energies [J] at `times` [s], largest stretch, cost, why it ended early ("" if it did
+    not), and a picture.
+    """
 
     times: list[float]
     energies: list[float]

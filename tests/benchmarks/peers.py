@@ -123,9 +123,10 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.float64]]) -> float:
     """Returns the mean energy in the last 0.4 s of a swing, as a share of that at the start.
 
-    The energy at rest is subtracted from both. `run` is the result of another program. Velocities
-    are centred differences of frames, and zero at the start. `gradients` are the deformation
-    gradients of all frames, each (m x 3 x 2).
+    The energy at rest is subtracted from both. It includes bending energy, which the other energies
+    leave out. `run` is the result of another program. Velocities are centred differences of frames,
+    and zero at the start. `gradients` are the deformation gradients of all frames, each
+    (m x 3 x 2).
     """
     scene, _ = opened("swing", None)
     material, faces, positions = scene.cloths[0].material, run["faces"], run["X"]

@@ -62,8 +62,8 @@ namespace {
 // Size of a page of memory [bytes]. A kill can interrupt a write only between two pages.
 constexpr off_t page = 4096;
 
-// Repeats a change in the copy of a run in `directory`, page by page. Calls `visit` after each
-// page.
+// Repeats a change in the copy of a run in `directory`, page by page. Calls `visit` after each page
+// and after a change of length.
 template <class Visit>
 void repeat(const Change& change, const std::string& directory, const Visit& visit) {
   const int file = ::open((directory + "/" + change.file).c_str(), O_RDWR | O_CLOEXEC);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int n_rounds = 1000;
 
-// Keeps the processor busy, as a test of boxes does.
+// Keeps the processor busy, as a test in a search does.
 void work_for(std::chrono::nanoseconds duration) {
   const auto end = std::chrono::steady_clock::now() + duration;
   while (std::chrono::steady_clock::now() < end) {

@@ -95,7 +95,8 @@ TEST_CASE("a dynamic replay takes the time in which ranks exchange costs of test
   const Network network{2e-6, 1e8, 0.5e-6};
   const double without = replay_dynamic(tests, network).seconds;
   tests.deal_exchanges = 0.25, tests.deal_bytes = 500.0;
-  // The exchange adds a quarter of two rounds of 3 us, and 5 us for 500 B at 1e8 B/s.
+  // With 0.25 exchanges of costs per search, two rounds of 3 us add a quarter of their time. The
+  // transfer of 500 B at 1e8 B/s adds 5 us.
   CHECK(replay_dynamic(tests, network).seconds == Approx(without + 6.5e-6));
 }
 

@@ -19,7 +19,7 @@ DrapedScene draped_scene(Index cells = 40, int subdivisions = 3);
 // A flat vertical square of cloth, 0.5 m wide, without bodies.
 DrapedScene flat_scene(Index cells = 8);
 
-// Options for pictures that are smaller and cheaper than the default.
+// Options for pictures that are smaller and cheaper than those with the default options.
 RenderOptions small_options();
 
 std::size_t n_different(const Image& a, const Image& b);

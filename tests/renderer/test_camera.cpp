@@ -89,7 +89,7 @@ TEST_CASE("a camera goes through its keyframes, smoothly, and stays at the ends"
   }
   CHECK((at(-1.0).eye - at(0.0).eye).norm() == 0.0);
   CHECK((at(9.0).eye - at(3.0).eye).norm() == 0.0);
-  const double h = 1e-4;  // step of the difference quotients on both sides of a keyframe
+  const double h = 1e-4;  // step of the difference quotients on both sides of a keyframe [s]
   const Vec3 before = (at(1.0).eye - at(1.0 - h).eye) / h,
              after = (at(1.0 + h).eye - at(1.0).eye) / h;
   CHECK(before.norm() > 0.5);

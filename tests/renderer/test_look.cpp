@@ -42,8 +42,8 @@ std::shared_ptr<const TextureImage> four_colors() {
       TextureImage{2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 0}});
 }
 
-// Returns the channel that exceeds both others by more than 60, or -1. Where the texture is red,
-// green or blue, the other channels contain only specular light.
+// Returns the channel that exceeds both others by more than 60, or -1 if none does. Where the
+// texture is red, green or blue, the other channels contain only specular light.
 int strongest(const std::array<int, 4>& color) {
   for (int i = 0; i < 3; ++i)
     if (color[i] > color[(i + 1) % 3] + 60 && color[i] > color[(i + 2) % 3] + 60) return i;

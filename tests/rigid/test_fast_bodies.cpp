@@ -34,7 +34,7 @@ RigidBody lying(const Thing& thing, const Vec3& at, double friction) {
   return body;
 }
 
-// Takes steps of 1 ms. Deforming obstacles keep their vertices.
+// Takes n_steps steps of 1 ms, in which the obstacle does not move.
 void run_over(RigidWorld& world, RigidState& state, int n_steps, const RigidObstacle& obstacle) {
   const Points none = Points::Zero(state.positions.rows(), 3);
   const ObstaclePlaces places = obstacle.vertices.rows()
@@ -221,7 +221,7 @@ TEST_CASE("fast bodies do not pass through a thin body that lies on the floor") 
 }
 
 TEST_CASE("a body that another one strikes does not pass through the floor below it") {
-  // The body is at rest 20 mm above the floor. The ball gives it a speed of about 40 mm per step.
+  // `struck` is at rest 20 mm above the floor. The ball gives it a speed of about 40 mm per step.
   for (const std::string shape : {"sphere", "box", "convex"}) {
     CAPTURE(shape);
     const bool round = shape == "sphere";

@@ -179,7 +179,9 @@ TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactl
 namespace {
 
 struct Rest {
-  double moved, speed, spin;  // maxima in the second half of the steps [m], [m/s], [rad/s]
+  // Maxima in the second half of the steps: distance from the place where this half begins [m],
+  // speed [m/s] and angular velocity [rad/s].
+  double moved, speed, spin;
   Vec3 at;
   double most_gain;  // largest gain of energy per mass in a step [J/kg]
 };

@@ -79,7 +79,7 @@ TEST_CASE("a step between two obstacles stops a cube that slides against it") {
   const double step = GENERATE(1e-3, 4e-3, 1e-2), height = GENERATE(1e-3, 0.02, 0.2);
   CAPTURE(step, height);
   const RigidState end = slide(cube(0.5, 0.0, 0.0), {0.0, height}, 0.0, step, 1.0);
-  // The cube meets the step when its centre is at 0.45 m, and rests or tips there.
+  // The cube meets the higher slab when its centre is at 0.45 m, and rests or tips there.
   CHECK(end.positions(0, 0) < 0.451);
   CHECK(std::abs(end.velocities(0, 0)) < 0.25);
 }
@@ -115,7 +115,7 @@ TEST_CASE("a step between two obstacles stops a ball that rolls against it") {
   RigidBody ball = body_of(icosphere(0.05, 2), "sphere", Vec3(0, 0, 0.05));
   ball.friction = 0.0, ball.velocity = Vec3(0.5, 0, 0);
   const RigidState end = slide(ball, {0.0, height}, 0.0, step, 1.0);
-  // The ball meets a step of 2 cm when the centre of the ball is at 0.5 m - sqrt(5^2 - 3^2) cm.
+  // The ball meets a slab that is 2 cm higher when its centre is at 0.5 m - sqrt(5^2 - 3^2) cm.
   CHECK(end.positions(0, 0) < 0.461);
 }
 

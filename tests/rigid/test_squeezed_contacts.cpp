@@ -11,8 +11,8 @@ namespace {
 constexpr double side = 0.05, lift = 0.3;
 constexpr double closed_at = 0.2, lifted_at = 0.6, opened_at = 0.8, end = 1.4;  // [s]
 
-// Two jaws close until they overlap a body of the length `side` by `squeeze` together, lift it, and
-// open again.
+// Two jaws close on a body of length `side`, lift it, and open again. When they are closed, the
+// distance between them is shorter than the body by `squeeze` [m].
 struct Gripper {
   double squeeze;
 
@@ -38,8 +38,9 @@ RigidObstacle jaw(double friction) {
 }
 
 struct Lifted {
-  double height, wander;  // height above the start and horizontal motion before the jaws open [m]
-  double left;            // height above the start after the fall [m]
+  // Height above the start and distance from the z axis just before the jaws open again, and height
+  // above the start at the end [m].
+  double height, wander, left;
 };
 
 Lifted lift_body(RigidBody body, double squeeze, double friction, double step) {

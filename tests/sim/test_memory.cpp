@@ -37,7 +37,8 @@ Scene sheets(Index cells) {
 struct Ran {
   Checkpoint state;
   StepReport report;
-  std::map<std::string, std::size_t> bytes;  // size of each part of the memory; maximum over ranks
+  // Size of each part of the memory, maximum over the ranks [bytes].
+  std::map<std::string, std::size_t> bytes;
 };
 
 Ran run(const Scene& scene, const IntegratorOptions& options, int n_ranks, int steps) {

@@ -41,8 +41,8 @@ LOOMSTONE_INLINE const double* gradients_of(const Tables& tables, std::size_t ba
   return tables.gradients + 8 * element_gradients * batch;
 }
 
-// Position or velocity of corner k of one element or of a batch of elements. `corners` has the
-// shape (3 x 8).
+// Position or velocity of corner k of one element or of a batch of elements. `corners` is the table
+// (3 x 8) of the batch; for one element, it points to the lane of the element in this table.
 template <class Real>
 LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x) {
   const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -122,7 +122,8 @@ LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
   return true;
 }
 
-// Moves the free corners of one lane. Held corners are not written and stay bitwise unchanged.
+// Adds `delta` to the positions or velocities (`values`) of the free corners of one lane. Held
+// corners are not written and stay bitwise unchanged.
 template <class Real>
 LOOMSTONE_INLINE void move(const Space<Real> delta[3], const Index* corners, int lane,
                            std::uint8_t moves, double* values) {

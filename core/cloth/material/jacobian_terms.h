@@ -8,8 +8,10 @@ struct StiffnessScales {
   double elastic = 1.0, viscous = 0.0;
 };
 
-// Positive: the stiffness matrix K is positive semi-definite, because the geometric stiffness of
-// the membrane uses only the positive part of the stress, and that of bending is omitted.
+// Exact: the geometric stiffness of the membrane uses the whole stress (see PastMotion), and the
+// geometric stiffness of bending is included. The stiffness matrix K may be indefinite.
+// Positive: K is positive semi-definite, because the geometric stiffness of the membrane uses only
+// the positive part of the stress, and that of bending is omitted.
 enum class JacobianKind { Exact, Positive };
 
 // The motion dx in the last step. The stress in the geometric stiffness of the membrane follows

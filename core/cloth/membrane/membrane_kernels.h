@@ -64,8 +64,8 @@ struct BatchRange {
 // positions x, and dF the gradient of u,
 //   E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
 // holds exactly. The output for each triangle is the largest eigenvalue of 1/2 dF^T dF, the
-// membrane energy of that strain, and the membrane energy at the positions `end`. The output has
-// one entry (3 x 8) per batch of the range.
+// membrane energy of that strain, and the membrane energy at `end`, which is meaningful only if
+// `end` contains positions. The output has one entry (3 x 8) per batch of the range.
 void neglected_strains(const Tables& tables, BatchRange batches, const double* start,
                        const double* end, double* out);
 

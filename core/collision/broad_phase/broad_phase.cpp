@@ -20,7 +20,7 @@ constexpr std::size_t batch_size = 1024;
 
 constexpr IndexRange all_clusters{0, std::numeric_limits<Index>::max()};
 
-// Collects the pairs of each batch that pass a filter.
+// Collects feature pairs. The filter is called for each batch and removes unwanted pairs from it.
 template <class Filter>
 class Kept : public PairSink {
  public:

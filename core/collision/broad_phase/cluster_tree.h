@@ -132,7 +132,7 @@ class ClusterTree {
   std::vector<Index> triangles_, edges_;
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
-  bool has_all_corners_ = false;  // Features::corners contains all groups of faces and edges
+  bool has_all_corners_ = false;  // true: Features::corners contains all groups of faces and edges
   double built_area_ = -1.0;      // see set_area() [m^2]; negative: not formed
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level

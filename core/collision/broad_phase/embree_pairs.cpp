@@ -47,7 +47,7 @@ struct BoxScene {
 };
 
 struct Reports {
-  std::mutex lock;  // Embree may call report() from one of its threads
+  std::mutex lock;  // guards `pairs`: Embree may call report() from its own threads
   std::vector<std::pair<unsigned, unsigned>> pairs;
 };
 

@@ -1,4 +1,4 @@
-// The part of NeighbourLists that decides when lists must be made again, when cluster pairs are
+// The part of NeighbourLists that decides which lists must be made again, when cluster pairs are
 // searched for, and which surface pairs have no lists. The ranks agree on the last two decisions.
 #include <algorithm>
 #include <atomic>
@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// A search for cluster pairs, which also distributes the lists again, is due if the cost of one
-// rank exceeds this multiple of the mean cost of the ranks and at least `least_updates` updates
-// have followed the last distribution. Our choice.
+// A search for cluster pairs also distributes the lists over the ranks. It is due if the cost of
+// one rank (Pass::cost) exceeds this multiple of the mean cost of the ranks and at least
+// `least_updates` updates have followed the last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 

@@ -1,10 +1,11 @@
 // Neighbour (Verlet) lists of pairs of nearby features, kept over several steps. Each pair of
-// neighbouring clusters has a list. The set of cluster pairs stays valid while vertices remain
-// within a margin around their expected motion. A list stays valid as long as distances have
-// changed by at most its slack. The relative displacement of the two clusters bounds this change,
-// so clusters that move together keep their list. A valid list contains all near feature pairs of
-// its two clusters, except those that the broad phase excludes, so the lifetime of lists does not
-// affect results. Each list exists on one rank only.
+// neighbouring clusters has a list, unless its surface pair is unlisted: such surface pairs are
+// searched without lists. The set of cluster pairs stays valid while vertices remain within a
+// margin around their expected motion. A list stays valid as long as distances have changed by at
+// most its slack. The relative displacement of the two clusters bounds this change, so clusters
+// that move together keep their list. A valid list contains all near feature pairs of its two
+// clusters, except those that the broad phase excludes, so the lifetime of lists does not affect
+// results. Each list exists on one rank only.
 #pragma once
 
 #include <algorithm>
@@ -133,7 +134,8 @@ class NeighbourLists {
   // displacement of the features.
   enum class Cover { Gap, Reach };
 
-  // Collective. Makes the lists valid for the motion to x1; see Cover.
+  // Collective. After cover() and make_ended(), the lists are valid for the motion to x1; see
+  // Cover.
   void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // The next six functions are the parts of update() and cover(). With them, ranks can test pairs
@@ -185,8 +187,8 @@ class NeighbourLists {
   // clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
-  // Return the time spent in searches without lists and in passes over all lists, respectively,
-  // since the last call of the same function [s].
+  // Return the time spent in searches of unlisted surface pairs and in passes over all lists,
+  // respectively, since the last call of the same function [s].
   double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
   double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
 

@@ -1,6 +1,6 @@
 // Simultaneous traversal of two cluster trees, or of one tree with itself. Finds exactly the pairs
-// of features whose 18-DOPs overlap and that share no vertex. Reports each pair once. The traversal
-// is depth-first with an explicit stack.
+// of features that share no vertex and whose 18-DOPs overlap; features() can first widen one of the
+// two 18-DOPs. Reports each pair once. The traversal is depth-first with an explicit stack.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ class PairSearch {
   Nodes roots() const { return {a_->root_level(), b_->root_level(), 0, 0}; }
   static bool leaves(const Nodes& nodes) { return nodes.level_a == 0 && nodes.level_b == 0; }
   // Expands the node on the higher level, or both nodes if their levels are equal. Appends the
-  // overlapping pairs: child and other node, or child and child.
+  // overlapping pairs: of a child and the other node, or of a child of each node.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
   // Like expand(), but expands only one node: the one with the larger volume or, if one node is a
   // cluster, the other one. The nodes must be different, and not both clusters.

@@ -27,8 +27,8 @@ class SearchDeal {
   // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
   void end(const Communicator& ranks, int n_ranges);
 
-  // Averages per search: number of exchanges, and estimated size of the data that each rank
-  // receives in them [bytes].
+  // Averages per search: number of exchanges among ranks (two to gather the costs), and estimated
+  // size of the data that each rank receives in them [bytes].
   static constexpr double exchanges() { return 2.0 / interval; }
   double bytes() const;
 

@@ -9,8 +9,9 @@ namespace loomstone {
 
 namespace {
 
-// The trees are expanded on one thread until there are at least this many branches, or only leaves.
-// A loop then divides the branches among the threads.
+// With Traversal::Loops, one thread expands tests until there are at least this many tests, or only
+// tests of two clusters. A parallel loop then performs each of these tests and all that follow from
+// it.
 constexpr std::size_t enough_branches = 256;
 
 }  // namespace

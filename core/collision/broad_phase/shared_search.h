@@ -81,8 +81,8 @@ class SharedSearch {
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
   // Report on the last search of this rank; empty if this search did not use the task pool.
   const PoolReport& report() const { return report_; }
-  // Time of the last search on this rank, from the end of the refit of nodes to the end of
-  // gather() [s].
+  // Time of the last search on this rank, from the end of the first refit to the end of gather()
+  // [s]. The first refit includes the features, unless refits_only_compared() returns true.
   double seconds() const { return seconds_; }
   std::size_t result_bytes() const { return result_bytes_; }  // size of the last result [bytes]
   // Memory of the hierarchies on this rank [bytes].

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Displacement that is withheld from a cloth vertex or a body, and the mass of the vertex or body.
-// A body is identified by its first vertex.
+// Displacement that is withheld from a cloth vertex or from the centre of mass of a body, and the
+// mass of the vertex or body. A body is identified by its first vertex.
 struct WithheldMotion {
   Index vertex;
   Vec3 displacement;  // [m]

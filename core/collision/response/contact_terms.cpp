@@ -127,7 +127,7 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
 }
 
 // Returns the normal force at the start of the step, not multiplied by the share. The share affects
-// only the gap below which the force is linear.
+// only the gap below which the force law is extended linearly.
 ContactForce normal_at_start(const Contact& contact, const AtStart& start, double share) {
   const double linear = steepest_gap(contact.thickness, share * start.stiffness, start.steepest);
   return extended_force({contact.distance, linear}, contact.thickness, start.stiffness);
@@ -160,7 +160,7 @@ double compliance(const ExtraTerm& term, Index n_cloth, const Vector& inverse_ma
 void set_forces(const Contact& contact, const ContactInputs& inputs, double stiffness,
                 const ContactForce& normal, const ContactLaw& law, ExtraTerm& term) {
   const Mat3 tangent = tangent_projector(law.normal);
-  Vec3 of_obstacles = Vec3::Zero();  // change of velocity of obstacles, weighted
+  Vec3 of_obstacles = Vec3::Zero();  // weighted sum of the changes of obstacle velocities [m/s]
   for (int i = 0; i < 4; ++i)
     if (const Index v = contact.vertices[i]; v >= inputs.n_cloth)
       of_obstacles += contact.weights[i] * inputs.change.row(v).transpose();

@@ -73,7 +73,8 @@ class ContactTerms {
   // Updates the first size() entries of `terms` to the normal and friction forces after the rows
   // have moved by `displacement` (rows x 3) [m, rad] in `time` [s]. Returns the energy of these
   // forces [J]. For constant friction limits, the forces derive from this energy.
-  // TermRequest::NewLimits recomputes the limits.
+  // TermRequest::NewLimits recomputes the limits. TermRequest::Secant sets `secant` of
+  // friction_at().
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 

@@ -7,11 +7,11 @@ namespace loomstone {
 
 namespace {
 
-// The part that has passed through moves back at the speed sqrt(2 deceleration depth), where depth
-// is Retraction::depth. From this speed, `deceleration` would stop the part within the distance
-// depth. The part reaches this speed with an acceleration of at most `largest_acceleration`. Both
-// constants are in m/s^2. Our choice: if half of a sheet of 0.2 m has passed through, it comes back
-// within 0.3 s.
+// The part that has passed through moves back relative to the other surface at the speed
+// sqrt(2 deceleration depth), where depth is Retraction::depth. From this speed, `deceleration`
+// would stop the part within the distance depth. The part reaches this speed with a relative
+// acceleration of at most `largest_acceleration`. Both constants are in m/s^2. Our choice: if half
+// of a sheet of 0.2 m has passed through, it comes back within 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // A surface that is treated as a rigid body: its inertia, its motion, and its response to forces.

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest predicted change of strain in one step of a triangle if there is a limit potential
-// (section 4.2 of [Thomaszewski2010]).
+// With a limit potential, the step of a triangle is so short that none of its strain components is
+// predicted to change by more than this in the step (section 4.2 of [Thomaszewski2010]).
 constexpr double largest_change = 0.1;
 
 // Gradients of the linear shape functions (2 x 3) [1/m], rest area [m^2] and inradius [m] of a
@@ -45,7 +45,8 @@ Mat3 strain_product(const RestTriangle& rest) {
   return product;
 }
 
-// Largest eigenvalue of B^T C B, with the matrix C of moduli and B as in strain_product().
+// Largest eigenvalue of B^T C B, where C is the matrix of moduli, and B is defined as in
+// strain_product().
 double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
   const Eigen::SelfAdjointEigenSolver<Mat3> split(moduli);
   const Mat3 root = split.eigenvectors() *
@@ -134,7 +135,8 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
         scale * Eigen::SelfAdjointEigenSolver<Mat2>(gradients).eigenvalues().maxCoeff();
     element.safety = options.given_safety();
     if (options.limit == StepLimit::Inradius) {
-      // The bound (4.26) of [Thomaszewski2010], as a fraction of the stability limit.
+      // `time` is the bound (4.26) of [Thomaszewski2010]. The stability limit without viscosity is
+      // 2 / sqrt(eigenvalue).
       const double time = rest[t].inradius * std::sqrt(density / wave_stiffness(material));
       element.safety *= 0.5 * time * std::sqrt(element.eigenvalue);
     }

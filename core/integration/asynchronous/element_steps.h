@@ -35,23 +35,24 @@ class ElementSteps {
                const std::vector<LimitModes>& limits = {});
 
   const Vector& at_rest() const { return at_rest_; }  // (m) steps at rest [s]
-  // Steps (m) [s] at positions x and velocities v, never longer than at rest. They use the bound
-  // lambda <= s^2 lambda_0 + gamma t, where s >= 1 is the largest stretch, t [N/m] is the largest
-  // tension, and gamma is the largest eigenvalue that a unit of tension adds. lambda_0 is the
-  // eigenvalue at rest plus the largest eigenvalue of the stiff phases of strain limits. These are
-  // the phases entered at x, or at the positions that v predicts after the longest step at rest.
-  // With a limit potential, steps are so short that the predicted change of strain in a step is at
-  // most 0.1. The result is valid until the next call.
+  // Steps (m) [s] at positions x and velocities v, never longer than at rest. They use the bounds
+  // lambda <= s^2 lambda_0 + gamma t and delta <= s^2 delta_0, where s >= 1 is the largest stretch,
+  // t [N/m] is the largest tension, and gamma is the largest eigenvalue that a unit of tension
+  // adds. delta_0 is the value at rest. lambda_0 is the eigenvalue at rest plus the largest
+  // eigenvalue that the stiff phases of the limit modes add. These are the phases entered at x, or
+  // at the positions that v predicts after the longest step at rest. With a limit potential, steps
+  // are so short that no strain component is predicted to change by more than 0.1 in a step. The
+  // result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s], for the strains at the positions x of the last call of at() or
-  // first_unstable(). Each mode counts as being in the higher of two phases: its phase at these
-  // strains, and its entry of `phases`.
+  // first_unstable(). Each limit mode counts as being in the higher of two phases: its phase at
+  // these strains, and its entry of `phases`.
   double step_in_phases(Index t, const LimitPhases& phases) const;
   // Returns the first triangle whose strain at x is not finite or whose step in `steps` (m) [s] is
   // longer than its stability limit; -1 if there is none.
   Index first_unstable(const Team& team, const Points& x, const Vector& steps,
                        Elasticity& elasticity);
-  // Fraction that triangle t contributes to the mass of its corner k [1].
+  // Mass that triangle t contributes to its corner k, as a fraction of the vertex's mass [1].
   double share(Index t, int k) const { return share_(t, k); }
 
  private:
@@ -67,7 +68,8 @@ class ElementSteps {
 
   const ClothModel& model_;
   std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
-  // (m) limit_products() (element_steps.cpp) divided by mass [1/s^2]; empty without limits.
+  // (m) limit_products() (element_steps.cpp) divided by mass [1/s^2]; empty without a limit
+  // potential.
   std::vector<Mat3> limit_products_;
   std::vector<Element> elements_;
   Points share_;

@@ -16,7 +16,8 @@ namespace loomstone {
 // the start of the interval on entry, and to its end on return. Events at the same time are handled
 // in ascending order of elements. The queue is a binary heap. `Elements` has the functions
 //   step(element)            returns the time from an event to the next [s]
-//   move(element, time)      advances the vertices of the element to `time`
+//   move(element, time)      advances the vertices of the element to `time`, which is counted from
+//                            the start of the interval [s]
 //   kick(element, duration)  applies the impulse of the element's force over `duration`, the time
 //                            since its last event
 template <class Elements>

@@ -33,9 +33,9 @@ class BendingGroup {
   double eigenvalue(const Vector& mass) const;  // largest eigenvalue of M^-1 K at rest [1/s^2]
   double damping() const { return damping_; }   // largest bending damping beta [s]
 
-  // A kick by the impulses of the forces over the time h [s]. If `start` is true, damping acts on
-  // the present velocities. Otherwise, it acts on the mean velocities since the last kick, which
-  // took place `since` [s] ago.
+  // A kick by the impulses of the forces over the time h [s]. If `start` is true, damping forces
+  // depend on the present velocities. Otherwise, they depend on the mean velocities since the last
+  // kick, which took place `since` [s] ago.
   struct Kick {
     double h, since;
     bool start;
@@ -56,23 +56,23 @@ class BendingGroup {
   Points x_, last_, rate_, force_;
 };
 
-// Returns the longest steps h (m) of bending without other forces [s]. They satisfy
-// h (h + 2 beta) lambda = 4 safety^2, where beta [s] is the bending damping of the cloth. A patch
-// is a run of 64 consecutive triangles, or fewer at the end of the mesh. All triangles of a patch
-// have the same step. lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of the
-// patch and of the triangles next to it. The step of triangles without bending is infinite.
+// Returns the longest steps h (m) of bending without other forces [s]. A patch is a run of 64
+// consecutive triangles, or fewer at the end of the mesh. All triangles of a patch have the same
+// step, which satisfies h (h + 2 beta) lambda = 4 safety^2. For the bending of the patch and of the
+// triangles next to it, lambda [1/s^2] is the largest eigenvalue of M^-1 K, and beta [s] is the
+// largest damping. The step of triangles without bending is infinite.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
 // Returns, for each triangle, the mean of `steps` (m) [s] over its run of 64 consecutive triangles
-// of the model. The last run may be shorter. Few triangles then have neighbours with a different
-// step.
+// of the model. The last run may be shorter. With these means, few triangles have neighbours with a
+// different step.
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of the triangles of all bending meshes, by level. Groups of undamped meshes also include
-// the triangles of finer levels. In an event, only one group of an undamped mesh then acts, and
-// it evaluates each bending angle once. The forces of the triangles of finer levels are multiplied
-// by the step of their level divided by the step of the group.
+// the triangles of finer levels, so at most one group of an undamped mesh acts in an event, and it
+// evaluates each bending angle once. The forces of the triangles of finer levels are multiplied by
+// the step of their level divided by the step of the group.
 class LevelGroups {
  public:
   LevelGroups() = default;
@@ -93,7 +93,8 @@ class LevelGroups {
  private:
   struct Member {
     BendingGroup group;
-    // In events that include the level `coarser`, the group of that level acts instead; -1: none.
+    // `level` is the group's own level. In events that include the level `coarser`, the group of
+    // that level acts instead; -1: there is no such group.
     int level, coarser;
   };
   std::vector<Member> groups_;

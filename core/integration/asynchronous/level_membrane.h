@@ -30,7 +30,7 @@ class LevelMembrane {
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
   // Returns the highest phases of the strain limits that each triangle (m) has entered since the
-  // last call; empty without limits.
+  // last call; empty without a limit potential.
   std::vector<LimitPhases> take_phases();
   // Impulse on a vertex in an event of the levels >= first [N s]. Each triangle of these levels
   // contributes the step of its level times the sum of its force and its fraction of the load (3)
@@ -54,7 +54,7 @@ class LevelMembrane {
                 const std::vector<std::uint8_t>& levels);
 
   struct Slot {
-    Index force;   // index in forces_ of the first component of the force
+    Index force;   // index in forces_ of the x component; y and z follow with a stride of 8
     int level;     // level of the triangle
     double share;  // fraction of the vertex's mass that the triangle contributes [1]
   };
@@ -71,7 +71,8 @@ class LevelMembrane {
   std::vector<double> forces_;
   // Positions at which the forces of all levels were last computed together; unused if viscous.
   Points known_x_;
-  // Bits of the limit phases that have been entered, see membrane::Tables; empty without limits.
+  // Bits of the limit phases that have been entered, see membrane::Tables; empty without a limit
+  // potential.
   std::vector<std::uint8_t> entered_;
   // Used only if the membrane is viscous: the vertices of the triangles of each level, their
   // positions at the last event of that level, and (n x 3) mean velocities since then [m/s].

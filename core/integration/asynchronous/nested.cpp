@@ -15,8 +15,8 @@ namespace loomstone {
 
 namespace {
 
-// Vertices sorted by level. The level of a vertex is the finest level of its elements. Vertices
-// attached to one body share the finest of their levels.
+// Vertices sorted by level. The level of a vertex is the finest level of its triangles and bending
+// groups. Vertices attached to one body share the finest of their levels.
 struct LevelVertices {
   std::vector<Index> order;         // (n) finest level first
   std::vector<std::uint8_t> level;  // (n)
@@ -48,7 +48,8 @@ struct Plan {
   int finest() const { return static_cast<int>(step_of.size()) - 1; }
 };
 
-// Prescribed vertices, and the work that their script does against the forces of the cloth.
+// Prescribed vertices, and the work that their script does against the forces of the cloth and its
+// loads.
 struct MovedPins {
   std::vector<Index> rows;  // empty if no prescribed vertex moves
   Points velocity;          // prescribed velocities [m/s]

@@ -140,7 +140,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   // Returns the forces of a triangle on its corners. Viscous forces depend on the mean strain rate
   // over `duration`, the time since the last event of the triangle [s]. At duration 0, there are
-  // no viscous forces.
+  // no viscous forces. Records the limit phases of the triangle in entered_.
   const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();
@@ -239,9 +239,11 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   Membrane membrane_;
   std::vector<double> forces_;
-  // (n x 3) mean velocities [m/s], used if the membrane is viscous
+  // (n x 3) Scratch memory of find_force(): mean velocities since the last event of the triangle
+  // [m/s]. Used only if the membrane is viscous.
   Points rates_;
-  // Bits of the limit phases that have been entered, see membrane::Tables; empty without limits.
+  // Bits of the limit phases that have been entered, see membrane::Tables; empty without a limit
+  // potential.
   std::vector<std::uint8_t> entered_;
   std::vector<BendingGroup> groups_;
   Vector own_;                      // (m) bending steps [s]; empty: bending acts at membrane events

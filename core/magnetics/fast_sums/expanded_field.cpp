@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Half the edge length of the octree in radii of the source. Outside the octree, the multipole
-// expansion is used. Its error at two radii and beyond is stated in multipole_expansion.h.
+// Half the edge length of the octree, divided by the radius of the source [1]. Outside the octree,
+// the multipole expansion is used. Its error at two radii and beyond is stated in
+// multipole_expansion.h.
 constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {

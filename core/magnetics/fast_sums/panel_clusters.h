@@ -47,9 +47,9 @@ class PanelClusters {
   // Returns for each cluster the charges at its nodes, times mu0 [T m^2], that represent the charge
   // of its panels. `densities` contains mu0 sigma of each panel [T], in the order of the clusters.
   std::vector<Vector> node_charges(const Vector& densities) const;
-  // Returns the flux of far clusters through each panel [T m^2], in the order of the clusters.
-  // `fields` contains, for each cluster, the field of its far clusters at its nodes (nodes x 3)
-  // [T]; see far_fields().
+  // Returns the flux that the charges of far clusters cause through each panel [T m^2], in the
+  // order of the clusters. `fields` contains, for each cluster, the field of its far clusters at
+  // its nodes (nodes x 3) [T]; see far_fields().
   Vector fluxes(std::vector<Points> fields) const;
 
  private:

@@ -109,7 +109,7 @@ bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody
   return false;
 }
 
-// Returns the Morton code of a point in the bounding cube of the body.
+// Returns the Morton code of a point in the cube whose coordinates range from -radius to radius.
 std::uint64_t curve_place(const Vec3& point, double radius) {
   std::uint64_t place = 0;
   std::array<std::uint64_t, 3> cell;

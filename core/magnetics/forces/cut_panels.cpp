@@ -194,7 +194,7 @@ std::vector<Panel> cut_disc_along_faces(const Panel& panel, const RigidPose& pos
       for (const double radius : {panel.radius0, panel.radius1})
         cuts.add_azimuths(towards, away / radius);
       cuts.add_azimuths(towards, 0.0);
-      // A line through the axis of the disc only bounds sectors.
+      // A line through the axis of the disc coincides with borders of sectors, so it crosses none.
       if (away < 1e-9 * panel.radius1) continue;
       lines.push_back(offset / (slope * slope) * across);
       cuts.add_curve({0.0, lines.back()});

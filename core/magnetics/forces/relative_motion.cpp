@@ -7,7 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// The dipoles of all magnets, as columns of a table (see `Column`).
+// The dipoles of all magnets, as rows of a table with the columns `Column`: position [m], velocity
+// [m/s], and size of the part that the dipole represents [m].
 struct Dipoles {
   Eigen::Array<double, Eigen::Dynamic, 7> table;
   std::vector<Index> starts;  // (magnets + 1) first dipole of each magnet

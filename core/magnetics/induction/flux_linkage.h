@@ -20,9 +20,9 @@ struct BesideWinding {
 // edges are tested, and otherwise the centre and radius of the body.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
-// Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid
-// that has one ampere per turn. Throws Unsupported if a body with surface charge lies both in the
-// bore and outside the winding.
+// Returns the flux of dipoles or of an induced body through a loop or solenoid, summed over its
+// turns [Wb]. `coil` must carry one ampere per turn. Throws Unsupported if a body with surface
+// charge lies both in the bore and outside the winding.
 double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised);
 
 }  // namespace loomstone

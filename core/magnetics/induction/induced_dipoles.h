@@ -1,7 +1,7 @@
-// Linear spheres as point dipoles that magnetise one another: m = alpha B with the polarisability
-// alpha of a sphere. This equation is (6.17) of [Thomaszewski2010] with its misprint corrected.
-// Here, B includes the field of all other spheres, which leads to a linear system. In
-// [Thomaszewski2010], only permanent magnets contribute to B.
+// Magnetically linear spheres, modelled as point dipoles that magnetise one another: m = alpha B
+// with the polarisability alpha of a sphere. This equation is (6.17) of [Thomaszewski2010] with its
+// misprint corrected. Here, B includes the field of all other spheres, which leads to a linear
+// system. In [Thomaszewski2010], only permanent magnets contribute to B.
 #pragma once
 
 #include <vector>
@@ -15,11 +15,11 @@ namespace loomstone {
 double sphere_polarizability(double radius, double susceptibility);
 
 // Returns the moments (n x 3) [A m^2] of spheres at positions (n x 3) [m] with polarisabilities (n)
-// in an applied flux density (n x 3) [T]. GMRES solves m - alpha T m = alpha B, where T maps the
-// moments m to the flux density at each sphere due to the others, and B is the applied flux
-// density. The initial guess is `start` if it has n rows, and otherwise zero. The iteration stops
-// at a relative residual of `tolerance`. Throws SolverFailure if 200 iterations do not suffice, for
-// example because spheres overlap.
+// [A m^2/T] in an applied flux density (n x 3) [T]. GMRES solves m - alpha T m = alpha B, where T
+// maps the moments m to the flux density at each sphere due to the others, and B is the applied
+// flux density. The initial guess is `start` if it has n rows, and otherwise zero. The iteration
+// stops at a relative residual of `tolerance`. Throws SolverFailure if 200 iterations do not
+// suffice, for example because spheres overlap.
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities,
                        const Points& applied, double tolerance, const Points& start = {});
 

@@ -19,8 +19,8 @@ constexpr int most_rounds = 50;
 
 // Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
 // rotates the z axes of pairs of spheres onto their line of centres, because translations along z
-// are cheap. Pairs with a smaller ratio of the gap to the radius of the first sphere are
-// preferred, and each sphere belongs to at most one pair.
+// are cheap. Pairs are preferred in which the gap is a smaller fraction of the radius of the sphere
+// that comes first in `soft`. Each sphere belongs to at most one pair.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -104,14 +104,14 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give
   //   N y^2 + (1/chi + h - N) y - 1/chi = 0
   // with y = 1 - M / M_s and h = H_0 / M_s. The effective susceptibility M / H is chi y. There
-  // are two expressions for the positive root. Each branch below uses the one that does not cancel.
+  // are two expressions for the positive root. Each branch below uses the one without cancellation.
   // Both also hold for infinite chi (ideal iron).
   const double before = now.shape->susceptibility();
   const double n = (field - polarization / before) / polarization;
   const double b = 1.0 / chi + field / original.saturation - n;
   const double root = std::sqrt(std::max(b * b + 4.0 * n / chi, 0.0));
   const double effective = b >= 0.0 ? 2.0 / (b + root) : chi * ((root - b) / (2.0 * n));
-  // A field against the magnetisation gives no valid root.
+  // The root is not valid if the field opposes the magnetisation. The value is therefore clamped.
   const double wanted = std::clamp(effective, std::min(1e-12, chi), chi);
   if (wanted == before || std::abs(wanted - before) <= tolerance * before / (1.0 + before))
     return false;
@@ -212,8 +212,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
       // Samples of the body cannot show an overlap with a source that has no interior or that lies
-      // inside the body. The centre of a solid source, or the dipoles of any other source, are
-      // therefore tested, too.
+      // inside the body. The centre of a solid source and the dipoles of a source that consists of
+      // dipoles are therefore tested, too. Currents are not tested.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();

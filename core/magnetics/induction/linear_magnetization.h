@@ -1,8 +1,9 @@
-// Magnetisation of linear bodies by magnets and by one another. R_i is the response of body i
-// alone, and G_ij maps the charge of body j to its field at body i. GMRES solves
+// Magnetisation of linear bodies by magnets, currents, a uniform field and one another. R_i is the
+// response of body i alone, and G_ij maps the charge of body j to its field at body i. GMRES solves
 //   x_i = R_i (applied_i + sum over j != i of G_ij x_j)
 // for the charges x_i of all bodies at once, preconditioned by a block Gauss-Seidel sweep.
-// applied_i is the excitation of body i by the magnets, the currents and a uniform field.
+// applied_i is the excitation of body i by the magnets, the currents and the uniform field. A body
+// that saturates counts as linear with an effective susceptibility, which is found by iteration.
 #pragma once
 
 #include <string>
@@ -13,7 +14,8 @@
 namespace loomstone {
 
 struct Induction {
-  std::vector<MagneticBody> bodies;      // with induced charge; the axes of spheres may be rotated
+  // The soft bodies with their induced charge. The axes of spheres may be rotated.
+  std::vector<MagneticBody> bodies;
   double residual = 0.0;                 // relative residual of the linear system [1]
   int iterations = 0;                    // total number of GMRES iterations
   std::vector<double> susceptibilities;  // effective susceptibility of each body [1]
@@ -39,8 +41,8 @@ double saturation_energy(const SoftBody& body, double effective);
 
 // Throws InvalidInput if a soft body overlaps another soft body or a magnet. Two bodies overlap if
 // a sample of the soft body lies inside the other body, or if the centre or a dipole of the other
-// body lies inside the soft body. The message names both bodies. `names` contains the names of the
-// soft bodies, followed by those of the hard ones.
+// body lies inside the soft body. Currents are not checked. The message names both bodies. `names`
+// contains the names of the soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 

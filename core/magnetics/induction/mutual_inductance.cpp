@@ -89,7 +89,8 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
   return sum;
 }
 
-// Returns whether two loops coincide, with a tolerance of 1e-7 of the radius for rounding errors.
+// Returns whether two loops coincide, up to rounding errors: 1e-7 of the radius for radii and
+// centres, and 1e-7 rad for axes.
 bool coincide(const Winding& a, const Winding& b, const RigidPose& between) {
   const double near = 1e-7 * a.radius;
   const Vec3 axis = rotation_matrix(between.orientation).col(2);

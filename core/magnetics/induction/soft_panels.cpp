@@ -1,5 +1,5 @@
-// Linear bodies as boundary elements on flat panels. Cuboids and cylinders use Richardson
-// extrapolation over several grids. Meshes use a single grid.
+// Magnetically linear bodies, modelled by boundary elements on flat panels. Cuboids and cylinders
+// use Richardson extrapolation over several grids. Meshes use a single grid.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -21,8 +21,10 @@ namespace {
 
 // Number of points in each direction of a panel at which the field is sampled and forces act.
 constexpr int points_a_direction = 3;
-constexpr Index most_panels = 8000;          // limits the matrix to 0.5 GB
-constexpr Index most_cuboid_panels = 24000;  // limits the eight matrices to 0.6 GB
+constexpr Index most_panels = 8000;  // limits the matrix to 0.5 GB
+// Limits the matrices of a grid to 0.6 GB: one for each of the eight symmetries of the charge (see
+// cuboid_boundary_elements()).
+constexpr Index most_cuboid_panels = 24000;
 
 // One grid on the surface, its matrix, and its weights in the extrapolated response and in the
 // estimate of the error.

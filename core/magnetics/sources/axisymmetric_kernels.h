@@ -80,8 +80,8 @@ LOOMSTONE_INLINE void loop_gradient(double radius, double strength, const double
   }
 }
 
-// Current sheet on the side of a cylinder. Points on the sheet count as outside if side = 1 and as
-// inside if side = -1.
+// Current sheet around a cylinder. Points on the sheet count as outside the cylinder if `side` is
+// 1, and as inside if `side` is -1.
 struct Sheet {
   double radius, height, side;      // radius and height [m]
   double length = height / radius;  // in radii

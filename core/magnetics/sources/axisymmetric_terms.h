@@ -1,7 +1,7 @@
 // Fields of a loop (mu0 I = 1) and of a cylindrical current sheet (mu0 K = 1) of radius 1 about the
-// z axis; see axisymmetric.h. rho is the distance from the axis and zeta the height above the loop.
-// The integration variable theta is (pi - phi) / 2 for an azimuth phi. With c = cos^2 theta and
-// s = sin^2 theta,
+// z axis; see axisymmetric.h. rho is the distance from the axis. zeta is the height above the loop,
+// or above an end of the sheet. The integration variable theta is (pi - phi) / 2 for an azimuth
+// phi. With c = cos^2 theta and s = sin^2 theta,
 //   cos phi = s - c,   sin^2 phi = 4 s c,   D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s,
 // where D is the distance from the point to the wire element at phi. Where the midpoint rule is not
 // accurate, the fields are elliptic integrals with Delta^2 = c + kc^2 s, where kc is the

@@ -60,14 +60,14 @@ void panel_field(const PanelRange& by, const double* charges, const double* poin
 
 class ChargedPanels final : public Source {
  public:
-  // `charges` contains mu0 sigma on each panel [T]. `solid` is the body that the panels enclose, or
-  // null.
+  // `charges` contains mu0 sigma on each panel [T], multiplied by PanelGrid::share. `solid` is the
+  // body that the panels enclose, or null.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
   // Additional charge that varies within panels. On panels that are not divided, it is given at the
   // samples of the set. On divided panels, it is given on their parts, which have samples of their
   // own.
   struct Fine {
-    Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
+    Vector at_samples;  // mu0 times the additional charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;  // mean of mu0 sigma on each part [T]
     // Samples of the whole charge on the parts, including its mean. Each part has the same number
@@ -96,7 +96,7 @@ class ChargedPanels final : public Source {
   SourcePtr panel_means() const override { return fine_.panel_means; }
   const ChargedPanels* charged_panels() const override { return this; }
   const PanelSet& set() const { return *set_; }
-  const Vector& uniform_charges() const { return charges_; }  // mu0 sigma of each panel [T]
+  const Vector& uniform_charges() const { return charges_; }  // `charges` of the constructor [T]
   // Returns the estimated errors of mu0 sigma on each panel [T], or an empty vector if they are
   // unknown.
   const Vector& panel_errors() const { return fine_.errors; }

@@ -1,6 +1,6 @@
-// Elementary functions on eight SIMD lanes: absolute value, logarithm and arc tangent. Errors are
-// below 1 ulp (logarithm) and 3 ulp (arc tangent). There are no branches, and all instruction sets
-// give bit-identical results. The coefficients are those of [fdlibm].
+// Elementary functions on eight SIMD lanes: absolute value, copying of signs, logarithm and arc
+// tangent. Errors are below 1 ulp (logarithm) and 3 ulp (arc tangent). There are no branches, and
+// all instruction sets give bit-identical results. The coefficients are those of [fdlibm].
 #pragma once
 
 #include <limits>

@@ -78,8 +78,8 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     const MaskOf<Lanes> inside = square < 4.0;
     square = lanes_select(inside, lanes_all<Lanes>(4.0), square);
     const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
-    // The leading term has degree 2 (field) or 3 (gradient). Degrees l with distance^(3 - l) <=
-    // exp(-39) = 1e-17, where the distance is in radii, are omitted.
+    // The leading term has degree 2 (field) or 3 (gradient). Degrees l are omitted if
+    // distance^(3 - l) <= exp(-39), about 1e-17. The distance is in radii.
     const Lanes needed = 39.0 / lanes_log(distance) + 3.0;
     int last = 0;
     for (int lane = 0; lane < n_lanes; ++lane)

@@ -52,7 +52,7 @@ struct UniformCylinder {
 
 // End of a series of solid harmonics.
 struct SeriesEnd {
-  int degree = 0;  // 0: no series
+  int degree = 0;  // highest degree of the series; 0: no series
   // Number x such that the terms of high degree l of the force on the source decay as exp(-x l); 0
   // if unknown.
   double decay = 0.0;

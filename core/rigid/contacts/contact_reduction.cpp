@@ -14,8 +14,8 @@ using Indices = std::vector<std::size_t>;
 
 constexpr std::size_t most_kept = 4;  // largest number of contacts in a Bullet manifold
 
-// Chooses the contacts to keep. Contacts that existed in the last step are preferred: they count as
-// slightly deeper and as slightly farther from the other contacts.
+// Chooses the contacts to keep. Contacts that existed in the previous step are preferred: they
+// count as slightly deeper and as slightly farther from the other contacts.
 class Reduction {
  public:
   Reduction(const std::vector<HullContact>& contacts, double near, double margin,
@@ -52,7 +52,8 @@ class Reduction {
   const Vec3& at(std::size_t k) const { return contacts_[k].point; }
 
   // Returns the contact with the largest value. Values within a fraction `ties` of each other count
-  // as equal, and the first of them is chosen.
+  // as equal, and the first of them is chosen. Values of contacts that existed in the previous step
+  // count 1.05 times.
   template <class Value>
   std::size_t largest(const Indices& among, double ties, const Value& value) const {
     std::size_t chosen = among.front();
@@ -134,7 +135,7 @@ class Reduction {
   std::vector<bool> old_;
   Indices all_;
   // Contacts that bear load: their gap exceeds the smallest gap by less than the margin, or by less
-  // than twice the margin if they existed in the last step.
+  // than twice the margin if they existed in the previous step.
   Indices bearing_;
 };
 

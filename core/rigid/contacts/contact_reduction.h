@@ -10,8 +10,8 @@ namespace loomstone {
 
 // Reduces the contacts in one plane to at most four that support the hull as all of them would. The
 // contacts have gaps of at most `near` [m]. Gaps that differ by less than `margin` [m] count as
-// equal. `before` contains the contacts of the last step, whose `point` lies on the hull instead of
-// the triangle.
+// equal. `before` contains the contacts of the previous step, whose `point` lies on the hull
+// instead of the triangle.
 void reduce_contacts(std::vector<HullContact>& contacts, double near, double margin,
                      const std::vector<HullContact>& before);
 

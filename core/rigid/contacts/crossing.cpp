@@ -11,8 +11,8 @@ std::optional<double> crossing(const Vec3& from, const Vec3& to,
   const double before = normal.dot(arm[0]), along = normal.dot(path);
   if (along == 0.0 || before * along < 0.0 || std::abs(before) > std::abs(along))
     return std::nullopt;
-  // Volumes spanned by the path and each side. Two triangles with a common side compute the same
-  // bits for its volume, up to the sign.
+  // Volumes spanned by the path and each side. If two triangles have a common side, its volume has
+  // the same bits for both, up to the sign.
   const double a = arm[0].cross(arm[1]).dot(path), b = arm[1].cross(arm[2]).dot(path),
                c = arm[2].cross(arm[0]).dot(path);
   const bool inside = std::min({a, b, c}) >= 0.0 || std::max({a, b, c}) <= 0.0;

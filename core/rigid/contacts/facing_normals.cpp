@@ -44,7 +44,7 @@ class FacingNormals {
         in_front |= own_[k] * orientation_[k] > 0.0;
         behind |= own_[k] * orientation_[k] < 0.0;
       }
-      // Triangles that agree need no search for the closest point.
+      // If all triangles of the surface agree on the side of the hull, side_of() is not needed.
       const double side = orientable && in_front && behind ? side_of(surface) : 0.0;
       for (const std::size_t k : surface) face(k, side == 0.0 ? own_[k] : side * orientation_[k]);
     }

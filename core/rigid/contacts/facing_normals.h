@@ -1,5 +1,5 @@
-// Normals of triangles that point to the side of the surface on which a hull lies. Independent of
-// Bullet.
+// Orients the normals of the triangles of a surface towards the side on which a hull lies.
+// Independent of Bullet.
 #pragma once
 
 #include <array>
@@ -14,16 +14,16 @@ struct FacingQuery {
   const std::vector<std::array<Vec3, 3>>& triangles;
   const SharedCorners& shared;  // of these triangles
   const Vec3& centre;           // of the hull
-  // Contacts of the last step, whose `point` lies on the hull. A contact counts for every triangle
-  // that is nearly perpendicular to the contact's normal and whose plane is less than `reach` [m]
-  // from this point.
+  // Contacts of the previous step, whose `point` lies on the hull. A contact counts for every
+  // triangle that is nearly perpendicular to the contact's normal and whose plane is less than
+  // `reach` [m] from this point.
   const HullOnTriangles::Contacts& before;
   double reach;
 };
 
 // Returns, for each triangle, the unit normal that points to the hull's side of the surface, or
 // zero if the triangle has no area. Triangles with common edges form a surface, and all of them
-// face the same side of it: that of the contacts of the last step or, if there are none or they
+// face the same side of it: that of the contacts of the previous step or, if there are none or they
 // contradict each other, that of the hull's centre. The surface normal at the point closest to the
 // centre determines the side of the centre. At an edge, this normal is the mean of the normals of
 // the two triangles; at a corner, it is the mean over the triangles there, weighted by their angles

@@ -16,8 +16,10 @@ namespace {
 constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
-constexpr double turned_away = 0.7;  // cosine of 45.6 degrees
-constexpr unsigned whole = 7;        // bit mask of all corners of a triangle
+// Cosine of 45.6 degrees. Only axes at larger angles to the axis of least overlap let the hull pass
+// a triangle with which it is flush; see least_overlap().
+constexpr double turned_away = 0.7;
+constexpr unsigned whole = 7;  // bit mask of all corners of a triangle
 
 int lowest_corner(const HullOnTriangles::Corners& triangle, const Vec3& up) {
   int lowest = 0;
@@ -311,9 +313,9 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   std::stable_sort(planes.begin(), planes.end(),
                    [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
   if (planes.size() > query.most) planes.resize(query.most);
-  // With the larger margin, cylinders with many sides would roll on the wrong facets, because the
-  // height of a facet (its sagitta) is a small fraction of the contact distance. Hulls with fewer
-  // points keep their contacts longer with the larger margin.
+  // With the larger margin, cylinders with many sides would roll on the wrong faces, because the
+  // sagitta of a face is a small fraction of the contact distance. Hulls with fewer points get the
+  // larger margin, with which they keep their contacts longer.
   const double margin = (hull_->points.size() > 64 ? 0.003 : 0.02) * query.near;
   for (Contacts& plane : planes) reduce_contacts(plane, query.near, margin, query.before);
 }

@@ -36,7 +36,7 @@ class HullOnTriangles {
     double near;        // largest gap of a contact [m]
     double flush;       // largest difference in height [m] of surfaces that count as flush
     std::size_t most;   // largest number of planes
-    const Contacts& before;  // contacts of the last step, whose `point` lies on the hull
+    const Contacts& before;  // contacts of the previous step, whose `point` lies on the hull
   };
   // Finds the contacts and groups those with nearly parallel normals into planes. Keeps the `most`
   // planes with the deepest contacts, deepest first, and up to four contacts in each plane.

@@ -51,7 +51,8 @@ class AttachedGaps {
       at->gap = std::min(at->gap, gap);
   }
 
-  // Finds the gaps of features that begin so close to the body that their contact distance changes.
+  // Finds the gaps of features so close to the body at the start that their contact distance
+  // changes.
   void find_near() {
     std::vector<std::uint8_t> attached(model_.surfaces.size(), 0);
     for (const AttachedGap& each : gaps_)
@@ -95,10 +96,10 @@ class AttachedGaps {
 
 }  // namespace
 
-// If a feature with an attached vertex begins close to the body, its contact distance is less than
-// its distance at the start, because the contact would otherwise push against the attachment. A
-// feature that begins too close for a contact does not collide with the body. If a vertex is
-// attached to several bodies, these rules apply only to the closest of them.
+// If a feature with an attached vertex is close to the body at the start, its contact distance is
+// less than its distance at the start, because the contact would otherwise push against the
+// attachment. A feature that is too close for a contact at the start does not collide with the
+// body. If a vertex is attached to several bodies, these rules apply only to the closest of them.
 void build_attached_contacts(const State& state, Model& model) {
   if (model.attachments.empty() || !model.scene.collisions) return;
   CollisionModel& collision = model.collision;

@@ -13,8 +13,8 @@ namespace loomstone {
 // cloth that frames need.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
-// Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, and the
-// attachments.
+// Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, the mass
+// properties of bodies, and the attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
 // Sets the uniform magnetic field, magnets, coils and bearings. If there are magnets, also sets the
@@ -24,7 +24,8 @@ void build_magnetics(const Scene& scene, Model& model);
 // check_magnetic_start().
 void check_magnetics(const Model& model, const State& state);
 
-// Sets the collision model, including thickness and friction of surfaces and contact stiffness.
+// Sets the collision model, including the contact stiffness and the thickness and friction of each
+// surface.
 void build_collision(const Scene& scene, Model& model);
 
 // Sets CollisionModel::attached from the start positions. Needs the other members of the

@@ -39,7 +39,7 @@ struct Model {
   CollisionModel collision;
   FrameTopology topology;            // without the cloth tables that frame_topology() adds
   std::vector<Index> row_of_vertex;  // row of each cloth vertex; vertices in the user's order
-  std::vector<Index> triangle_of;    // user's index of each internal triangle
+  std::vector<Index> triangle_of;    // user's index of each triangle; in the order of `cloth`
   std::vector<PinScript> scripts;
   std::vector<Surface> bodies, obstacles;
   std::vector<MassProperties> body_mass;
@@ -52,7 +52,7 @@ struct Model {
   // the obstacles.
   MagneticModel magnetics;
 
-  // Returns the user's vertex index of a cloth row.
+  // Returns the user's index, over all cloths, of the vertex of a cloth row.
   Index vertex_of_row(Index row) const {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());

@@ -28,10 +28,11 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
                        Points& vertices);
 
 // Obstacles for the rigid-body world. rigid_obstacles() returns the obstacles at `time`, which must
-// be the time of `state`, with the poses of their keyframes: a pose that the user has set is that
-// of the end of the next step. Poses that steps have reached are in RigidState::manifolds.
-// obstacle_places() returns only the poses of all obstacles and the vertices of deforming obstacles
-// at `time`. There, a pose that the user has set replaces that of the keyframes.
+// be the time of `state`, with the poses of their keyframes. It ignores poses that the user has
+// set, because obstacles reach these only in later steps. Poses that steps have reached are in
+// RigidState::manifolds.
+// obstacle_places() returns only the poses of all obstacles at `time`, and the vertices of those
+// with Obstacle::vertex_positions. There, a pose that the user has set replaces the keyframes.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

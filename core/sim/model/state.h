@@ -27,7 +27,9 @@ struct EnergyAccount {
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events
   double damping = 0.0;   // work done against viscosity and bending damping
   double limits = 0.0;    // energy lost to strain limits after the solve
-  double withheld = 0.0;  // energy that cloth and bodies lost to certification
+  // Other energy that cloth and bodies lost after the solve, to certification and to impulses that
+  // resolve contacts; see add_to_account().
+  double withheld = 0.0;
   double largest_kinetic = 0.0;
 };
 
@@ -45,8 +47,8 @@ struct SteppedState {
   // unresolved impacts. Written by build(), by functions that set positions, and by the stepper.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
-  // (k x 3) vertices of all obstacles at the start of the last part [m]; no rows: the user had set
-  // no pose
+  // (k x 3) vertices of all obstacles at the start of the part that ended at obstacle_vertices [m];
+  // no rows: the user had set no pose of an obstacle in that part
   Points previous_obstacle_vertices;
 
   std::size_t bytes() const {

@@ -34,8 +34,8 @@ constexpr double share_of_work = 0.1;
 // Energy that may vanish in a part with implicit Euler while scripts do at least as much work, as a
 // fraction of the scale of gain_tolerance or of the elastic energy of cloth and contacts, whichever
 // is larger. The accuracy multiplies this tolerance, too. Our choice: where pins pull stiff cloth
-// over the edge of a table without friction, the fraction is up to 13 in automatic steps without
-// this check, and the pins do 0.47 J of work instead of 0.03 J with the check. With a tolerance of
+// over the edge of a table without friction, in automatic steps, the fraction is up to 13 without
+// this check. The pins then do 0.47 J of work; with the check, they do 0.03 J. With a tolerance of
 // 0.05, a pushed ribbon takes a tenth more steps (docs/experiments/energy.md).
 constexpr double loss_tolerance = 0.15;
 // A part is halved if everything but contacts has gained more than the tolerated energy since the
@@ -222,8 +222,8 @@ PartResult check_energy(const StepContext& part, const Loads& loads, const NearC
   const EnergyAccount& account = state.account;
   const double scale = std::max(account.largest_kinetic, near.energy);
   const double tolerated = gain_tolerance * *engines.accuracy * scale;
-  // Limit phases store energy that the account omits. at_limits() refers to the start of the part
-  // until energy_at_end() is called.
+  // Limit phases store energy that the account omits. at_limits() refers to the solve of the part
+  // until energy_at_end() finds the phases at the end.
   const bool damps = engines.integrator->damps(), stores = engines.at_limits();
   const bool may_gain = (pinned || !damps) && !stores;
   const double energy = energy_at_end(state, part.t1, engines);

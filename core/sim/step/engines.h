@@ -70,8 +70,8 @@ struct Engines {
   bool limits_in_solve = false;  // true: the implicit solve includes strain limits
   double recovery_rate = 0.0;    // see loomstone::recovery_rate() [1/s]
 
-  // Collective. Returns whether any triangle of any rank is in a limit phase in the solve of the
-  // current part.
+  // Collective. Returns whether any triangle of any rank is in a limit phase. The phases are those
+  // in the solve of the current part, or those at its end if energy_at_end() has found them.
   bool at_limits() const;
 };
 

@@ -12,12 +12,11 @@ namespace loomstone {
 namespace {
 
 // Returns the factor on the tolerance of linear solves [1]. The factor is 1, divided by 10 for each
-// full quarter of the tolerated gain, but at least 1e-3. `gain` is the relative_gain(). Our choice:
-// with the default tolerance, errors of the solves would add 15 % to the energy of a free strip of
-// 1e5 N/m and 0.03 kg/m^2 that spins for 6 s, and 24 % to that of a pendulum on such a strip.
-// Shorter parts would not prevent this. With contacts, this function is not used and the factor is
-// 1: contacts may cause the gain, and with tighter solves, curtains hook into pins that jump
-// through the cloth.
+// full quarter in `gain`, the relative_gain(), but at least 1e-3. Our choice: with the default
+// tolerance, errors of the solves would add 15 % to the energy of a free strip of 1e5 N/m and 0.03
+// kg/m^2 that spins for 6 s, and 24 % to that of a pendulum on such a strip. Shorter parts would
+// not prevent this. With contacts, this function is not used and the factor is 1: contacts may
+// cause the gain, and with tighter solves, curtains hook into pins that jump through the cloth.
 double tolerance_factor(double gain) {
   return std::pow(10.0, -std::floor(std::clamp(4.0 * gain, 0.0, 3.0)));
 }

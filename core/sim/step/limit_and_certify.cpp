@@ -39,7 +39,7 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
 
 // Moves the cloth to x1. Adds to its velocities the displacement, without the corrections `at_rest`
 // (see ConstrainReport), divided by the length of the part. If any vertex moves, notes this in
-// `certified` and stores the previous positions and velocities there.
+// `certified`, stores the previous positions and velocities there, and restarts multistep schemes.
 void move_cloth(const StepContext& part, const Points& x1, const Points& at_rest, ClothState& cloth,
                 Certified& certified) {
   if (x1.topRows(cloth.x.rows()) == cloth.x) return;  // the usual case
@@ -98,8 +98,8 @@ std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near)
   return vertices;
 }
 
-// Returns the energy of cloth that is at `solved` after the solve and at x1 at the end of the part,
-// if the corrections `at_rest` do not change velocities.
+// Returns the energy of the cloth at the end of the part, if it moves from `solved`, its state
+// after the solve, to x1, and the corrections `at_rest` do not change velocities.
 ClothEnergy cloth_energy(const StepContext& part, const ClothState& solved, const Points& x1,
                          const Points& at_rest, const Engines& engines) {
   const Points x = x1.topRows(solved.x.rows());

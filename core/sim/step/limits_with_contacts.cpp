@@ -413,10 +413,10 @@ class Constraining {
   Points& x1_;
   FreeBodies& bodies_;
   ConstrainReport report_;
-  Points target_;                       // positions before the last certification
-  std::vector<Index> beyond_;           // triangles that the last check() has found
-  std::vector<double> squares_;         // (limits) sum of squared excess
-  std::vector<std::uint8_t> given_up_;  // (limits) 1: see give_up()
+  Points target_;                       // positions that the latest certification received
+  std::vector<Index> beyond_;           // triangles that the latest check() has found
+  std::vector<double> squares_;         // (limits) sums of squared excesses in the latest check()
+  std::vector<std::uint8_t> given_up_;  // (limits) 1: marked by give_up()
   std::vector<std::uint8_t> held_;      // (n) 1: limiting must not move the vertex
   double least_excess_ = std::numeric_limits<double>::infinity();
   Points best_x1_;

@@ -61,7 +61,8 @@ struct ConstrainReport {
   int fallbacks = 0;                // number of fallbacks
   bool broke_limits = false;        // limits satisfied at x0 are exceeded at x1
   bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
-  double requested = 0.0;  // sum of the distances that free vertices move before certification [m]
+  // Sum of the distances of free cloth vertices from x0 after sweeps and before certification [m].
+  double requested = 0.0;
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limited = 0.0;              // energy that sweeps removed from cloth [J]
   // (cloth vertices x 3) Corrections that do not change velocities [m]; empty: none. Limits that

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// If no attached vertex is farther from its point on the body than this fraction of the size of the
-// cloth, carried_gain is 0, because such distances are rounding errors. Our choice.
+// If bodies move no attached vertex by more than this fraction of the size of the cloth,
+// carried_gain is 0, because such distances are rounding errors. Our choice.
 constexpr double rounding_of_places = 1e-10;
 
 // Returns the impulses that change the momenta of the bodies from those at the velocities `before`
@@ -59,7 +59,8 @@ std::vector<Index> bodies_with_cloth(const SolvedBodies& solved, const Model& mo
   return bodies;
 }
 
-// Returns the pose of body b at the end of the part, given the velocities (2 b x 3) of the bodies.
+// Returns the pose of body b at the end of the part, if the bodies keep the given velocities
+// (2 b x 3) in the part.
 RigidPose pose_at(const StepContext& part, const Loads& loads, const Points& velocities, Index b) {
   const RigidPose& from = loads.body_poses[b];
   const Vec3 speed = velocities.row(2 * b).transpose(),
@@ -111,10 +112,11 @@ Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& point) {
   return square > 0.0 ? a + std::clamp(along.dot(point - a) / square, 0.0, 1.0) * along : a;
 }
 
-// After impacts, moves attached vertices with their points on the bodies. Without this motion, the
-// springs of attachments would bring them back in the next part, with a velocity equal to their
-// distance from these points divided by the length of that part. Velocities do not change here; the
-// springs exchange momentum between cloth and bodies.
+// If contacts or varying magnetic forces have changed the motion of bodies, moves attached vertices
+// with their points on the bodies. Without this motion, the springs of attachments would bring them
+// back in the next part, with a velocity equal to their distance from these points divided by the
+// length of that part. Velocities do not change here; the springs exchange momentum between cloth
+// and bodies.
 //
 // A contact that only cancels the acceleration of a body, such as the contact with a floor on which
 // the body rests, moves no vertex, because the springs balance its forces. The velocities of the

@@ -28,9 +28,9 @@ struct StepOutcome {
   // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
   // triangle indices, in descending order of excess.
   std::vector<BrokenLimit> broken;
-  // Pairs of triangles that intersect at the end of the step, as indices into the triangles of all
-  // surfaces. Set at the end of a step that leaves impacts unresolved, and of the steps after it
-  // until no pair intersects.
+  // Pairs of triangles, of which at least one is cloth, that intersect at the end of the step, as
+  // indices into the triangles of all surfaces. Set at the end of a step that leaves impacts
+  // unresolved, and of the steps after it until no pair intersects.
   std::vector<std::array<Index, 2>> forced;
 };
 

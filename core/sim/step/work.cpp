@@ -137,8 +137,8 @@ double work_of_pins(const Loads& loads, const Points& viscous, const Solved& sol
     return *against_forces +
            sum_over_rows(engines, [&](Index i) { return cloth.prescribed[i] ? kinetic(i) : 0.0; });
   const Points start = loads.x0.topRows(cloth.n_vertices);
-  // Without damping, the forces at the start are still known. Those at the end are computed last,
-  // because the next part reuses them.
+  // Without damping, the forces at the start are still cached. Those at the end are computed last,
+  // because the next part reuses them from the cache.
   const Points at_start = inner_forces(start, nullptr, engines);
   Points of_limits(0, 3);
   if (engines.limits_in_solve && engines.elasticity->in_limit_phase())

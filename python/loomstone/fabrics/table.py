@@ -117,7 +117,7 @@ _NEGATIVE = "the fit's negative coupling is set to 0"
 def _bending(warp: float) -> tuple[float, float, float]:
     """Returns the rigidities of strips along weft, along warp and on the bias [N m].
 
-    warp : rigidity along warp [N m]: the median of those fabrics in [Feng2022] that have the same
+    warp : rigidity along warp [N m]: the median of those fabrics in [Feng2022] that have a similar
         mass per area
     """
     return 0.6354 * warp, warp, 0.8316 * warp

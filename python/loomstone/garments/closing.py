@@ -56,6 +56,7 @@ def close_seams(
     longest : simulated time after which open seams are an error [s]
     step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
+    triangles, seed, threads : as in garment() and Simulation
 
     Seams count as closed if no gap exceeds 1.5 contact distances, or if gaps no longer shrink and
     none exceeds half a mesh edge: where three panels meet, thickness keeps them apart. Joined
@@ -71,7 +72,7 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance is 0.1 `edge`, about the default of a Cloth without slender triangles.
+    # The contact distance is 0.1 `edge`. A Cloth has about this default if no triangle is slender.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:

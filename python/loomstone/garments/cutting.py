@@ -52,7 +52,9 @@ class Cut:
 def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
     """Triangulates every panel with mesh edges of about `spacing` [m].
 
-    triangles : total number, distributed over the panels by area; None: determined by `spacing`
+    triangles : approximate total number of triangles, distributed over the panels by area; None:
+        determined by `spacing`
+    seed : seed of the interior points
     """
     drawn, faces, owner, groups = _triangulated_panels(pattern, spacing, triangles, seed)
     ends = np.cumsum([0, *map(len, drawn)])

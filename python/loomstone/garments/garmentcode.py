@@ -68,8 +68,8 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # Panels are sewn with both outsides on the same side, unless the stitch joins the right
-        # side of one to the wrong side of the other.
+        # Panels are sewn with both outsides facing the same way, unless the stitch joins the
+        # outside of one (its right side) to the inside of the other (its wrong side).
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 

@@ -1,11 +1,11 @@
 """Corrects meshes of panels whose triangles would coincide after sewing, as at corners of bags.
 
 Where two sewn edges of a panel meet, a triangle may have a side on each of them. Both ends of its
-third side then lie on seams. If the other panel has such a triangle too, sewing makes one edge of
-the two third sides, and the triangles lie on each other. At the tip of a cone, the ends of the
-third side become one vertex. An edge flip, which replaces the common side of two triangles by the
-other diagonal of their quadrilateral, usually helps. Where it does not, a new vertex splits the
-edge.
+third side then lie on seams. If both edges are sewn to the same panel, and this panel has such a
+triangle too, sewing makes one edge of the two third sides, and the triangles lie on each other. At
+the tip of a cone, the ends of the third side become one vertex. An edge flip, which replaces the
+common side of two triangles by the other diagonal of their quadrilateral, usually helps. Where it
+does not, a new vertex splits the edge.
 
 Edges inside two panels may also cross, if their ends lie on the same seams. A new vertex then
 splits the longer of the two.
@@ -37,7 +37,7 @@ LEAST_DEGREES = 10.0  # an edge is split rather than flipped if the flip makes s
 
 @dataclass(frozen=True, eq=False)
 class Separated:
-    """Triangles without joined edges.
+    """Triangles of all panels, after edges that sewing would join have been flipped or split.
 
     points : (n x 2) the given vertices, then new ones [m]
     triangles : (m x 3) counter-clockwise

@@ -22,7 +22,8 @@ Floats = NDArray[np.float64]
 # Distances from the waist along the cloth: top of the side seam, strap joints, and lowest point of
 # the front neckline [m].
 SIDE, STRAP, NECK = 0.15, 0.25, 0.19
-# Width of a strap [m], and angle between its centre line and centre front or back [degrees].
+# Width of a strap [m], and angle in space from centre front or back to the middle of a strap at its
+# joint [degrees].
 STRAP_WIDTH, STRAP_AT = 0.045, 34.0
 
 

@@ -110,7 +110,8 @@ def plot_slice(
     Neighbouring contour lines differ by a factor of two. The slice is parallel to `plane` and
     passes through `centre` (3) [m] (default: the centre of a box around the bodies). extent [m]:
     half the side length of the slice (0: 0.9 times the longest edge of this box). resolution,
-    arrows: number of points and of arrows along a side. Returns the path of the picture.
+    arrows: number of points and of arrows along a side. threads as in `field`. Returns the path of
+    the picture.
 
     Raises InvalidInput for values out of range, or if the field is 0 in the whole slice. Raises
     CacheError if the picture cannot be written, and Unsupported without matplotlib.

@@ -68,10 +68,10 @@ def dipole_field(
     therefore the field of all other dipoles.
 
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
-    grows like N log N. Other numbers raise InvalidInput. The number bounds the root mean square
-    error, relative to the root mean square of the result, as measured against direct sums for up to
-    128 observers. Up to 6e7 pairs (about 7,700 dipoles and as many observers), all pairs are summed
-    directly.
+    grows like N log N for N dipoles and N observers. Other numbers raise InvalidInput. The number
+    bounds the root mean square error, relative to the root mean square of the result, as measured
+    against direct sums for up to 128 observers. Up to 6e7 pairs (about 7,700 dipoles and as many
+    observers), all pairs are summed directly.
     """
     if tolerance is None:
         return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)

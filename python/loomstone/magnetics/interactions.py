@@ -157,11 +157,11 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e-6) -> float:
     """Returns the mutual inductance of two loops or solenoids with one ampere per turn [H].
 
-    For bodies made with other currents, the result is multiplied by the product of these currents.
-    tolerance [1]: error relative to the integral, along one winding, of the norm of the vector
-    potential of the other. The error can be larger if the windings touch. Raises InvalidInput for
-    other bodies, and for two loops that coincide, because the inductance of infinitely thin wire is
-    infinite.
+    If the bodies were made with other currents, divide the result by the product of these currents
+    per turn, in ampere, to get the inductance. tolerance [1]: error relative to the integral, along
+    one winding, of the norm of the vector potential of the other. The error can be larger if the
+    windings touch. Raises InvalidInput for other bodies, and for two loops that coincide, because
+    the inductance of infinitely thin wire is infinite.
 
     >>> import loomstone as ls
     >>> a, b = (ls.magnetics.loop(radius=radius, current=1.0) for radius in (0.1, 0.01))

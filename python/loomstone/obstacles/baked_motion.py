@@ -35,11 +35,13 @@ def baked(
 
     Skins, blend shapes and moving nodes are baked to vertices that move linearly between samples.
 
-    path : .usd, .usda, .usdc, .usdz, .gltf or .glb; its units and up axis become metres and z
+    path : .usd, .usda, .usdc, .usdz, .gltf or .glb file. Its lengths are converted to metres, and
+        its up axis becomes z.
     parts : names, or paths such as "/body/arm", of the meshes that are used; default: all visible
     animation : name of an animation of a glTF file, or names of several that run at the same time;
         needed if the file has more than one
-    rate : samples per second [1/s]; default: one per time code for USD, 60 for glTF
+    rate : samples per second [1/s]; default: one sample per time code for USD, 60 per second for
+        glTF
     start : time of the first sample [s]
     name : name in reports and files; default: that of the file
     friction : friction coefficient [1]

@@ -96,7 +96,7 @@ class _Patch:
     quadratic functions over a triangle are exact with these three samples.
     """
 
-    corners: NDArray[np.int32]  # (points x triangles x 3) vertices
+    corners: NDArray[np.int32]  # (points x triangles x 3) vertex indices
     weights: Floats  # (points x samples), with a sum of 1 for each point
 
     @staticmethod

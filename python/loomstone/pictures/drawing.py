@@ -61,8 +61,8 @@ def render_run(
     stop : called before every picture if one process draws; drawing ends if it returns True
     simulation : source of field lines if one process draws; None: made from the stored magnets
 
-    A fitted camera shows the surfaces of all drawn frames. If the whole run has been drawn with
-    equal options, single frames use its camera. Automatic colours span the values of all frames.
+    A fitted camera shows all drawn frames or, for single frames, the whole run if pictures in its
+    directory `frames` have equal options. Automatic colours span the values of all frames.
     """
     check_frames(run, frames)
     shown = framed(run, options, frames)
@@ -99,7 +99,7 @@ def render_run(
 
 
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
-    """Returns the options. A camera with `fit` is replaced by one that shows all drawn frames.
+    """Returns the options. A camera to be fitted is replaced by one that shows all drawn frames.
 
     For single frames, the new camera is that of the pictures in the run's directory `frames` if
     these pictures have equal options.

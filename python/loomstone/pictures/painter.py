@@ -29,8 +29,9 @@ def is_fitted(options: RenderOptions) -> bool:
 
 
 def colors_need_all_frames(options: RenderOptions) -> bool:
-    """Returns whether the range of the colours follows from the values of all frames (an end of it
-    is not given, and a field other than cloth or contact is drawn).
+    """Returns whether the range of the colours follows from the values of all frames.
+
+    This is so if color_low or color_high is not given, and a field other than contact is drawn.
     """
     return None in (options.color_low, options.color_high) and not {"cloth", "contact"}.issuperset(
         options.color_by.split("+")

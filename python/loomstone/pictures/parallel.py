@@ -205,7 +205,7 @@ def _draw_parts(axes: Any, groups: Sequence[_Group]) -> None:
 
 
 def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
-    """Draws the share of time that ranks communicate or wait, in steps and collision handling."""
+    """Draws the shares of steps and of collision handling in which ranks communicate or wait."""
     places = np.arange(len(groups))
     collision = [
         g.mean("collision_waiting").sum() / max(g.mean("collision").sum(), 1e-300) for g in groups

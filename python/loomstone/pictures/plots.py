@@ -19,7 +19,7 @@ __all__ = ["KINDS", "ROUNDING", "plot_steps", "scale_of_gains"]
 Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
 
-# Stages that take at most this fraction of the wall time are left out of the plot.
+# Stages that take at most this fraction of the wall time of all stages are left out of the plot.
 LEAST_SHARE = 1e-3
 
 # Energies of at most this fraction of the largest one are left out, because they are considered
@@ -27,7 +27,7 @@ LEAST_SHARE = 1e-3
 ROUNDING = 1e-12
 
 # A scene counts as hardly moving if its largest kinetic energy is less than this fraction of the
-# work of scripts.
+# magnitude of the work of scripts.
 STILL = 1e-3
 
 # Width and height of a figure without its legend, and height of a row of the legend [inches].

@@ -56,9 +56,9 @@ def _damage(changed: Any) -> str:
 def extend(
     directory: Path, metadata: dict[str, Any], options: RunOptions, *, controlled: bool
 ) -> None:
-    """Records a longer duration and the use of a control function in extension.json, if new.
+    """Records a longer duration, and the first use of a control function, in extension.json.
 
-    metadata : those of the run, with earlier extensions
+    metadata : those of the run, with earlier extensions, to which `options` are compared
     """
     new: dict[str, Any] = {}
     if options.duration > metadata.get("duration", options.duration):

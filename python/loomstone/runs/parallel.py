@@ -19,7 +19,7 @@ from .steps import read_steps
 
 __all__ = ["read_parallel"]
 
-COLUMNS = (  # that read_parallel() reads from steps.csv
+COLUMNS = (  # columns of steps.csv that read_parallel() reads
     "time",
     "length",
     "seconds.integrate",
@@ -65,7 +65,7 @@ def read_parallel(directory: str | os.PathLike[str]) -> ParallelRun:
 
 
 def _check_steps(steps: Mapping[str, NDArray[Any]], table: Path, end: float) -> None:
-    """Raises CacheError unless the table has valid columns, and increasing times up to `end`.
+    """Raises CacheError unless columns are valid, times increase, and no step starts after `end`.
 
     end : time of the last frame plus the time between two frames [s]
     """

@@ -218,7 +218,8 @@ def _read(value: Any, kind: Any) -> Any:
     """Returns a value converted to `kind`, or raises _Refused if this type does not accept it.
 
     Types other than bool, int, float, str, None, list, tuple, Literal and unions accept every
-    value. A Given is read as its text for str and for strings of a Literal, otherwise as its value.
+    value. A Given is read as its `words` for str and for strings of a Literal, otherwise as its
+    `value`.
     """
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if _is_union(kind):

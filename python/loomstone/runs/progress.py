@@ -80,7 +80,10 @@ class _Counts:
         print(line, flush=True)
 
     def status(self, time_reached: float) -> str:
-        """Returns `time_reached` [s], speed, contacts and stretch as text for a progress line."""
+        """Returns `time_reached` [s], steps per second of wall time, contacts and largest stretch.
+
+        The result is the text of a progress line.
+        """
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
         report = self._report
         return (

@@ -14,7 +14,9 @@ __all__ = ["Stacked", "StoredFrames"]
 
 
 def _chooses_frames(first: Any) -> bool:
-    """Returns whether the first part of an index only chooses frames. It must not be a slice.
+    """Returns whether `first`, the first part of an index, only chooses frames.
+
+    `first` must not be a slice.
 
     The result is True for integers, arrays of integers and masks with one axis.
     """

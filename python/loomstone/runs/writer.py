@@ -237,7 +237,7 @@ def open_writer(
     if metadata is None:
         first = _reopen(directory, options, following)
         if following < frame_count(options.duration, options.rate):
-            wall_time.keep()  # before the report is removed, which contains it, too
+            wall_time.keep()  # the report, which also contains the wall time, is removed next
             (directory / "report.json").unlink(missing_ok=True)
             with Run(directory) as begun:
                 extend(directory, begun.metadata, options, controlled=controlled)

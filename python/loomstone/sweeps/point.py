@@ -35,7 +35,9 @@ def run_point(
     options: list[str],
     watch: Callable[[subprocess.Popen[bytes]], None] = lambda _: None,
 ) -> int:
-    """Runs or resumes a scene in a directory; returns the exit code (0 if the run was finished).
+    """Runs or resumes a scene in a directory; returns the exit code.
+
+    A run that has finished before is not repeated, and gives 0.
 
     arguments : arguments of `loomstone run`, without --out
     options : further options, which `loomstone run` and `loomstone resume` both accept

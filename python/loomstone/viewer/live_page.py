@@ -176,7 +176,7 @@ class Live:
     def _loop(self) -> None:
         """Keeps simulated time equal to elapsed time times speed, as far as the machine allows."""
         wall, start, shown_at = time.monotonic(), self._sim.time, 0.0
-        last = start  # simulated time at the start of the last step [s]
+        last = start  # simulated time at the start of the latest step [s]
         while not self._stopped.is_set():
             if self._restarted():
                 wall, start = time.monotonic(), self._sim.time

@@ -61,7 +61,7 @@ class Surfaces:
         self._listen(node)
 
     def _listen(self, node: Any) -> None:
-        """Gives a new node, which may replace an older one, the listener set for its name."""
+        """Gives a new node the listener that on_drag() has set for a node of this name, if any."""
         if node.name in self._listeners:
             node.on_drag("left")(self._listeners[node.name])
 

@@ -121,8 +121,8 @@ TEST_CASE(
     phase.enter({}, x, 0, s.mesh.n_vertices());
     s.membrane.set_phase(phase.table(), phase.entered());
     const double more = (tension(s, x) - elastic) / 0.2;  // [N/m], for a width of 0.2 m
-    // The added first Piola-Kirchhoff stress is the stretch times the second one, S. Here S is the
-    // product of 300, the modulus, the stretch and `beyond`.
+    // The added first Piola-Kirchhoff stress is the stretch times the added second Piola-Kirchhoff
+    // stress S. Here S is the product of 300, the modulus, the stretch and `beyond`.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095) +
                           390.0 * std::max(0.0, strain - 0.105);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;

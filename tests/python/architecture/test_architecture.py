@@ -61,8 +61,9 @@ ROOMS = {
     "core/sim": [{"scene"}, {"model"}, {"step"}, {"record"}],
 }
 
-# Regular expressions for headers of external libraries, and for the only files of core, renderer
-# and bindings that may include them.
+# Each key is a regular expression for the use of an external library, such as the inclusion of its
+# header. Its value matches the paths of the only files of core, renderer and bindings that may use
+# the library.
 DOORS = {
     r"<fmt/": r"core/base/message\.h$",
     r"<omp\.h>|#pragma omp": r"core/parallel/",

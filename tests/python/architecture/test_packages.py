@@ -1,5 +1,5 @@
 """The recipe for Spack has the dependencies of the package, faulty wheels are refused, and a build
-of several wheels forgets the interpreter of the preceding one.
+of several wheels forgets the Python interpreter of the preceding wheel.
 """
 
 import re

@@ -1,4 +1,6 @@
-"""Every program in tests/benchmarks runs to completion at a tiny size."""
+"""Every benchmark in tests/benchmarks runs to completion at a tiny size. It is skipped if something
+that it needs is missing.
+"""
 
 import os
 import subprocess

@@ -1,4 +1,6 @@
-"""Coulomb's law for whole sheets: on an incline and around a cylinder."""
+"""Coulomb's law for whole sheets: on an incline, around a cylinder, on an accelerating floor, and
+where a sheet lands.
+"""
 
 import loomstone as ls
 import numpy as np

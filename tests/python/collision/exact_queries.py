@@ -86,7 +86,9 @@ def chain_of(p: Polynomial, q: Polynomial) -> list[Polynomial]:
 
 
 class Time:
-    """A dyadic number, or the only root of `polynomial` between two dyadic numbers."""
+    """The dyadic number low / 2^bits, or the only root of `polynomial` between low / 2^bits and
+    high / 2^bits.
+    """
 
     def __init__(self, low: int, high: int, bits: int, polynomial: Polynomial | None = None):
         self.low, self.high, self.bits, self.polynomial = low, high, bits, polynomial

@@ -137,7 +137,7 @@ class Session:
             self.printed = self.run_shell(block.code, where)
 
     def run_shell(self, code: str, where: str) -> str:
-        """Runs commands and returns their standard output."""
+        """Runs commands and returns their standard output. Raises AssertionError if one fails."""
         programs = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
         environment = {
             **os.environ,

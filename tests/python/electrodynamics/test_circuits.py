@@ -74,7 +74,9 @@ def test_the_inductance_of_a_loop_with_itself_is_refused_because_it_is_infinite(
 
 
 def transformer(**second) -> ls.Scene:
-    """Two coaxial windings on obstacles. The second is narrower, and its centre is 10 mm higher."""
+    """Two coaxial windings on obstacles. The second is narrower, and its centre is 10 mm higher.
+    The only rigid body is a distant weight.
+    """
     stands = [
         ls.obstacles.mesh(BOX.moved((0, 0, z)), name=name) for name, z in (("a", 0.5), ("b", -0.5))
     ]

@@ -175,7 +175,8 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
     # Each step has 32 sub-steps, each of 0.008 / angular frequency of the swing. There are so many
     # because the bound on the frequency assumes the smallest moment of inertia of the needle.
     sim = simulation(compass(case, 60.0), case["period"] / 25)
-    # Difference in magnetic energy between the turning point at 60 degrees and the middle [J].
+    # Difference in magnetic energy between the turning point at 60 degrees and the middle of the
+    # swing [J].
     swing = 0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
     energies = []
     for _ in range(25 * 400):

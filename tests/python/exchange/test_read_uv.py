@@ -12,7 +12,7 @@ def corner_uv(mesh):
 
 
 def curved_garment():
-    """Returns a sheet that is bent to a quarter of a cylinder, with a seam in uv."""
+    """Returns a sheet that is bent to about a quarter of a cylinder, with a seam in uv."""
     flat = ls.grid(size=(0.3, 0.4), cells=(6, 8))
     x, y, _ = flat.vertices.T
     bent = np.column_stack([0.2 * np.sin(5 * x), y, 0.2 * np.cos(5 * x)])
@@ -53,7 +53,9 @@ UV = POINTS[:, :2] * 0.25 + (0.1, 0.2)
 
 
 def write_usd(path, interpolation, values, indices=None, left=False):
-    """Writes two quads, whose points are in centimetres, with texture coordinates."""
+    """Writes a mesh of two quads with texture coordinates. Its points are in centimetres. Returns
+    the path.
+    """
     pytest.importorskip("pxr")
     from pxr import Sdf, Usd, UsdGeom, Vt
 

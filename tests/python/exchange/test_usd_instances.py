@@ -1,4 +1,4 @@
-"""Instances of a PointInstancer are read as meshes, and shapes that are not meshes are named."""
+"""Instances of a PointInstancer are read as meshes. A warning names shapes that are not meshes."""
 
 import warnings
 
@@ -20,7 +20,9 @@ def mesh_at(stage, path, points=POINTS):
 
 
 def write(path, prototypes=("/many/small", "/many/large"), change=lambda *_: None):
-    """Writes an instancer at x = 100 with four instances of two tetrahedra, and a third mesh."""
+    """Writes an instancer at x = 100 with four instances of two tetrahedra, and a third mesh.
+    Returns the path.
+    """
     stage = new_stage(path)
     stage.SetTimeCodesPerSecond(1.0)
     from pxr import Gf, UsdGeom
@@ -45,7 +47,7 @@ def write(path, prototypes=("/many/small", "/many/large"), change=lambda *_: Non
 
 
 def wanted(numbers=range(4)):
-    """Returns the points of the instances in space, and of the third mesh."""
+    """Returns the points, in space, of the instances with these numbers and of the third mesh."""
     found = []
     for k in numbers:
         local = 2 * POINTS + (0, 0, 1) if k % 2 else POINTS

@@ -120,8 +120,8 @@ def test_motors_follow_the_table(case):
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"
-    # Each kick satisfies the energy balance to rounding. The relative error of the balance is of
-    # the order of the square of the angle [rad] by which the rotor turns between kicks.
+    # Each kick satisfies the energy balance to rounding. The motion between kicks causes a relative
+    # error of the order of the square of the angle [rad] by which the rotor turns in it.
     assert found["missing"] < 5e-3 * found["turned over"]
 
 

@@ -87,8 +87,8 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
     (induced,) = m.induce(soft, by=magnet).bodies
     found = m.field_lines([magnet, induced], 60)
     assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left}
-    # The surface charge does not give B inside the body. Lines that continued there would have too
-    # many points.
+    # The surface charge of a body that magnetises does not give B inside this body. Lines that
+    # continued there would have too many points.
     assert sum(map(len, found.lines)) < 100 * 60
 
     def at(bodies, points):

@@ -86,8 +86,8 @@ def test_the_error_of_the_force_between_a_large_sphere_and_a_small_magnet_covers
     exact = exact_force(RADIUS, distance, moment, 1000.0)
     wrong = abs(-found.force[2] - exact)
     assert 0.5 * wrong < found.error < 5 * wrong
-    # For ratios of 0.1 and more, the series has the degree that the tolerance requires. For smaller
-    # ratios, its largest degree may be too low.
+    # For ratios of 0.1 and more, the solid harmonics of the soft sphere have the degree that the
+    # tolerance requires. For smaller ratios, the highest degree allowed may be too low.
     assert ratio < 0.05 or wrong < 1e-5 * exact
 
 

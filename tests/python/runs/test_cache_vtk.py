@@ -26,7 +26,7 @@ STEPS_PER_FRAME = 4
 
 
 def find_program() -> str | None:
-    """Returns the path of the C++ test program (top of this file), or None if it is not built."""
+    """Returns the path of the C++ program (see the top of the file), or None if it is not built."""
     built = pathlib.Path(__file__).parents[3] / "build" / "tests" / "cache" / "test_cache"
     return os.environ.get("LOOMSTONE_TEST_CACHE") or shutil.which(str(built))
 

@@ -31,7 +31,7 @@ class Interrupted(ls.Simulation):
 
 @pytest.fixture
 def interrupted(hanging, euler, tmp_path):
-    """A finished run of 0.08 s whose extension to 0.2 s was interrupted after 0.14 s."""
+    """A finished run of 0.08 s whose extension to 0.2 s was interrupted at 0.14 s."""
     out = tmp_path / "run"
     made(hanging, euler).run(out=out, duration=0.08)
     extended = Interrupted(hanging, integrator=euler, threads=1)

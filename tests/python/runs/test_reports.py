@@ -98,7 +98,8 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
         ("largest_contact_balance", "account.contact_balance"),
     ):
         assert report[name] == pytest.approx((steps[column] * kinetic).max() / kinetic.max())
-    # The change of energy since the start is the work minus the losses.
+    # The change of energy since the start, without the energy of contacts, is the work minus the
+    # losses.
     account = report["account_at_end"]
     work = account["scripts"] + account["loads"]
     losses = sum(account[name] for name in ("friction", "damping", "limits", "withheld", "lost"))

@@ -75,7 +75,7 @@ def heed_control_c():
 
 
 def loaded(process):
-    """Returns whether a process has loaded the core, which it loads before the commands."""
+    """Returns whether a process of loomstone has loaded `_core`, which precedes its commands."""
     return "_core" in Path(f"/proc/{process.pid}/maps").read_text()
 
 

@@ -26,9 +26,9 @@ from loomstone.runs.verification import count_intersections
 
 
 def gives_way(cells: int, hung: bool, start: int) -> bool:
-    """Returns whether the second curtain slides over the pins instead of hooking into them.
-    Except with 18 cells, also returns False if a step takes more than 20 times the median number of
-    iterations.
+    """Returns whether curtain 2 of curtains() slides over the pins of curtain 1, which jump through
+    it. If the pins hooked into it, a curtain would stay stretched. Except with 18 cells, also
+    returns False if a step takes more than 20 times the median number of iterations.
 
     The initial positions are slightly perturbed unless `start` is 0. Raises AssertionError if
     surfaces intersect, if impacts remain, or if too much motion is withheld.

@@ -362,8 +362,8 @@ def test_schemes_without_damping_gain_little_energy_where_steps_are_long(scheme)
     sim.velocities = velocities
     while sim.time < 0.05:
         sim.step()
-        # Steps are damped while the balance exceeds 0.02. The step in which it rises above this
-        # bound is not yet damped and may add as much again.
+        # Steps that begin with a balance above 0.02 are taken by backward Euler, which damps. The
+        # step in which the balance rises above this bound is not, and may add as much again.
         assert sim.report.account.balance < 0.04
 
 

@@ -59,6 +59,7 @@ def test_small_stiff_sheets_create_no_energy(scheme, seed, size):
     sim = ls.Simulation(ls.Scene(cloths=[cloth]), integrator=scheme(), threads=1)
     while sim.time < 0.1:
         sim.step()
-        # Steps are damped while the balance exceeds 0.02. The step in which it rises above this
-        # bound is not yet damped and may add as much again. The rest of the bound is a margin.
+        # Steps that begin with a balance above 0.02 are taken by backward Euler, which damps. The
+        # step in which the balance rises above 0.02 is not, and may add as much again. The rest of
+        # the bound is a margin.
         assert sim.report.account.balance < 0.05

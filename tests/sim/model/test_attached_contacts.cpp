@@ -38,8 +38,8 @@ Scene strip_on_box(double gap, double stiffness) {
   return scene;
 }
 
-// Largest contact distance [m] between the box and features of the strip's attached vertices.
-// Infinity means the usual contact distance.
+// Largest contact distance [m] between the box and features of the strip's attached vertices. If it
+// is 0, these features do not collide with the box.
 double contact_distance_at_box(double gap) {
   Model model;
   State state;

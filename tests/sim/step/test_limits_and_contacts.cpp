@@ -13,7 +13,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// A soft sheet with a strain limit that falls onto a ball.
+// A soft sheet that falls onto a ball and has a strain limit.
 Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
   Scene scene;
   Cloth cloth;

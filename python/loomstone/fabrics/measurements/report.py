@@ -144,6 +144,7 @@ def report_fabrics(
     out : directory for report.json and drape.png, or None: nothing is written
     triangles : number of triangles of a draped specimen
     specimens : number of draped specimens, each with its own mesh
+    threads : as in Simulation
     done : function called with the report on each fabric when it is complete
 
     Raises InvalidInput for an unknown fabric or a number out of range, CacheError if `out` cannot
