@@ -80,7 +80,6 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
                                m.slices.first_slice(begin), m.slices.last_slice(end));
   });
   m.preconditioner.make(kind, solve.loops, system, {m.terms, m.halo, m.slices});
-  m.has_matrix = true;
 }
 
 // Replaces the terms while the matrix is unchanged. Keeps the preconditioner, unless it is
