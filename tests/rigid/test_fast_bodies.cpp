@@ -147,7 +147,7 @@ struct Thrown {
   TriangleMesh mesh;
   std::string shape;
   Vec3 velocity;
-  Vec3 turned;   // rotation vector of the orientation [rad]
+  Vec3 turned;  // rotation vector of the orientation [rad]
 };
 
 std::vector<Thrown> thrown_things() {

@@ -81,6 +81,35 @@ TEST_CASE("jaws that overlap a body hold it, lift it and let it fall") {
   CHECK(std::abs(lifted.left) < 0.01 * lift);  // it lies on the floor again
 }
 
+TEST_CASE("jaws hold a row of bodies") {
+  const double step = GENERATE(1e-3, 4e-3, 1e-2), squeeze = GENERATE(1e-3, 0.02) * side;
+  CAPTURE(step, squeeze);
+  constexpr int n = 3;
+  const auto poses_at = [&](double time) {
+    const double gap = n * side - squeeze * std::min(time / closed_at, 1.0);
+    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / 0.3, 0.0, 1.0);
+    const double place = 0.5 * (gap + side);
+    return std::vector<RigidPose>{RigidPose{},
+                                  {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
+                                  {Vec3(-place, 0, height), Vec4(1, 0, 0, 0)}};
+  };
+  std::vector<RigidBody> bodies;
+  for (int i = 0; i < n; ++i) {
+    bodies.push_back(
+        body_of(box(side, side, side), "box", Vec3((i - 0.5 * (n - 1)) * side, 0, 0.5 * side)));
+    bodies.back().friction = 0.8;
+  }
+  std::vector<RigidObstacle> obstacles{floor_of(1.0, 1), jaw(0.8), jaw(0.8)};
+  for (std::size_t i = 1; i < 3; ++i) obstacles[i].position = poses_at(0.0)[i].position;
+  RigidWorld world(bodies, obstacles, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(n, 3);
+  for (int i = 1; i * step < lifted_at; ++i)
+    world.advance(step, {none, none}, poses_at(i * step), state);
+  for (int i = 0; i < n; ++i)
+    CHECK(std::abs(state.positions(i, 2) - 0.5 * side - lift) < 0.01 * lift);
+}
+
 TEST_CASE("jaws without friction do not hold a body") {
   const Lifted lifted = lift_body(body_of(box(side, side, side), "box"), 0.01 * side, 0.0, 1e-3);
   CHECK(lifted.height < 0.01 * lift);

@@ -202,9 +202,9 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Divides all triangles into one part for each thread, and returns the batches sorted by part. Within a
-// part, batches keep their order. If sweep_jacobi() visits all vertices, a thread thus mostly sums
-// corrections that it has computed itself.
+// Divides all triangles into one part for each thread, and returns the batches sorted by part.
+// Within a part, batches keep their order. If sweep_jacobi() visits all vertices, a thread thus
+// mostly sums corrections that it has computed itself.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

@@ -313,9 +313,10 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   std::stable_sort(planes.begin(), planes.end(),
                    [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
   if (planes.size() > query.most) planes.resize(query.most);
-  // With the larger margin, cylinders with many sides would roll on the wrong faces, because the
-  // sagitta of a face is a small fraction of the contact distance. Hulls with fewer points get the
-  // larger margin, with which they keep their contacts longer.
+  // reduce_contacts() treats gaps that differ by less than `margin` as equal. The gaps of
+  // neighbouring faces of a cylinder with many sides differ by less than the larger margin, with
+  // which it would therefore roll on the wrong faces. Hulls with fewer points get the larger
+  // margin, because they then keep their contacts longer.
   const double margin = (hull_->points.size() > 64 ? 0.003 : 0.02) * query.near;
   for (Contacts& plane : planes) reduce_contacts(plane, query.near, margin, query.before);
 }

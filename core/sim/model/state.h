@@ -38,8 +38,8 @@ struct EnergyAccount {
 struct SteppedState {
   std::int64_t step = 0;  // completed steps; written by the stepper
   double time = 0.0;      // [s]; written by the stepper
-  ClothState cloth;       // written by the integrator and by later stages
-  RigidState rigid;       // written by move_bodies() and certification; `manifolds`: by the stepper
+  ClothState cloth;  // written by the integrator and by later stages; step lengths: by the stepper
+  RigidState rigid;  // written by move_bodies() and certification; `manifolds`: by the stepper
   MagneticState magnetic;  // written by move_bodies()
   ContactState contacts;   // friction anchors, written by certification
   EnergyAccount account;   // written by the stepper; some user writes reset it

@@ -119,8 +119,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 60; ++i) {
     sim.step();
-    INFO("step " << i << " parts " << sim.report().parts << " height "
-                 << sim.body_centres()(0, 2));
+    INFO("step " << i << " parts " << sim.report().parts << " height " << sim.body_centres()(0, 2));
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // only the ball and the floor may intersect
