@@ -70,8 +70,8 @@ def landing(integrator: ls.Integrator, height: float) -> float:
     ids=described,
 )
 def test_friction_of_a_landing_is_that_of_coulomb(integrator: ls.Integrator) -> None:
-    # The sheet can leave the floor and meet it again within one step of up to 10 ms. The friction of
-    # a single landing is therefore 0.5 to 1.4 times that of Coulomb's law. With BDF-2, the mean of
-    # these ratios would be 2 if the scheme kept its history after steps with contacts.
+    # The sheet can leave the floor and meet it again within one step of up to 10 ms. The friction
+    # of a single landing is therefore 0.5 to 1.4 times that of Coulomb's law. With BDF-2, the mean
+    # of these ratios would be 2 if the scheme kept its history after steps with contacts.
     ratios = [landing(integrator, height) for height in np.arange(0.12, 0.18, 0.01)]
     assert abs(np.mean(ratios) - 1.0) < 0.2 and max(ratios) < 1.6
