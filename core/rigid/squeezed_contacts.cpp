@@ -13,6 +13,9 @@ namespace {
 constexpr btScalar modulus = 1e8;
 // Overlap that counts as rounding, as a fraction of the body's smallest side.
 constexpr btScalar rounding = 1e-4;
+// Largest overlap that counts as squeezed, in the same unit. Our choice: bodies that overlap more
+// have partly passed a surface.
+constexpr btScalar deepest_squeeze = 0.2;
 // Largest cosine of the angle between the normals of opposite contacts.
 constexpr btScalar opposite = -0.9;
 constexpr btScalar infinite = std::numeric_limits<btScalar>::infinity();
@@ -106,7 +109,7 @@ std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar ste
   }
   std::vector<btScalar> impulses(n, 0.0);
   for (int i = 0; i < n; ++i) {
-    if (means[i] <= 0.0) continue;
+    if (means[i] <= 0.0 || means[i] > deepest_squeeze * sizes[i]) continue;
     impulses[i] = modulus * sizes[i] * std::max(means[i] - rounding * sizes[i], btScalar(0)) * step;
     if (const btScalar depth = network.depth(i); depth > 0.0)
       contacts.rows[i].m_rhsPenetration *= std::max(depth - means[i], btScalar(0)) / depth;

@@ -18,8 +18,9 @@ struct ContactRows {
 // would not hold them. This function lets an overlap move a body only until it equals the overlap
 // on the opposite side of the body. It returns for each row the impulse with which the obstacles
 // squeeze the bodies in a step of length `step` [s], as if the bodies were elastic [N s]. The
-// impulse is 0 for other contacts and for overlaps that are only rounding. The impulses on opposite
-// sides of a body cancel, so they only add to the normal impulse that bounds friction.
+// impulse is 0 for other contacts, for overlaps that are only rounding, and for overlaps so deep
+// that a body has partly passed a surface. The impulses on opposite sides of a body cancel, so they
+// only add to the normal impulse that bounds friction.
 std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar step);
 
 }  // namespace loomstone

@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("experiments", nargs="*", help=f"of {', '.join(EXPERIMENTS)}; default: all")
     parser.add_argument("--out", type=Path, default=Path("out/faults.jsonl"))
     parser.add_argument("--scale", type=float, default=1.0, help="number of trials, of the full")
-    options = parsed(parser, scale=0.01, out=Path("faults.jsonl"))
+    options = parsed(parser, scale=0.002, out=Path("faults.jsonl"))
     options.out.parent.mkdir(parents=True, exist_ok=True)
     known = read(options.out)
     with tempfile.TemporaryDirectory() as name:

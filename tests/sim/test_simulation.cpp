@@ -183,8 +183,8 @@ TEST_CASE("a twist rigidity below zero is refused unless it is -1") {
   Scene scene = drape(4);
   scene.cloths[0].material.bending_twist = -0.5;
   CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3), 1),
-                    Catch::Contains("material.bending_twist must be >= 0 [N m], or -1 for that of "
-                                    "an isotropic plate, got -0.5"));
+                    Catch::Contains("material.bending_twist must be >= 0 [N m], or -1 for "
+                                    "Huber's, got -0.5"));
   scene.cloths[0].material.bending_twist = -1.0;
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3), 1));
 }
