@@ -56,8 +56,9 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
 }
 
 // Sets hits[i] to the result of the exact continuous collision test on query i, and times[i] to a
-// lower bound of the time of its first impact, or to infinity without an impact. Each of the n
-// queries has eight points: four points at the start, then the same points at the end.
+// lower bound of the time of its first impact (0: start, 1: end), or to infinity without an impact.
+// Each of the n queries has eight points: four points at the start, then the same points at the
+// end.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);

@@ -1,5 +1,6 @@
-// Converts Python values to the members of descriptions. If a value or an element of a list has the
-// wrong type, an error names the field and, in a list, the index of the element.
+// Converts Python values to the members of descriptions, which are structs with a function fields()
+// (core/base/field.h). If a value or an element of a list has the wrong type, an error names the
+// field and, in a list, the index of the element.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
-// Binds the descriptions of scenes, cloths, obstacles and their parts.
+// Binds the description of a scene and of all its parts except rigid bodies: cloths, obstacles,
+// attachments, magnets, coils, bearings and air.
 #include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"

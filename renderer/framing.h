@@ -25,7 +25,8 @@ struct Framing {
 // cloth: a sheet pinned at one side falls that far.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
-// Returns the width that the legend of a field takes at the right edge of a picture [pixels].
+// Returns the width that the legend of a field takes at the right edge of a picture that is
+// `height` pixels high [pixels].
 double legend_width(int height);
 // Returns the width of the legend as a fraction of the width of the picture, at most 0.3, or 0 if
 // no field is drawn.

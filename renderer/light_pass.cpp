@@ -1,4 +1,4 @@
-// Soft shadows: the mean depth of the blockers, the surfaces between a point and the light,
+// Soft shadows: blockers are the surfaces between a point and the light. Their mean depth
 // determines the width of the penumbra. Visibility in the shadow map is averaged over this width
 // (R. Fernando, "Percentage-closer soft shadows", 2005). Ambient occlusion is a weighted sum over
 // neighbours above the tangent plane of the point (M. McGuire, M. Mara, D. Luebke, "Scalable

@@ -52,8 +52,8 @@ GlObject make_image_texture(const GL& gl, const TextureImage& image, GLint wrap)
 }
 
 // Places the image of a look in uv coordinates. If the width of the image is given, its lower left
-// corner is at the origin. Otherwise, the image covers the uv box if the box has a positive, finite
-// area.
+// corner is at the origin. Otherwise, the image covers the uv box or, if the sides of the box are
+// not all positive and finite, the unit square.
 void place_texture(const Look& look, const UvBox& box, Material& material) {
   if (look.texture_width > 0.0) {
     const double height = look.texture_width * look.texture->height / look.texture->width;

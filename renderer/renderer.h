@@ -44,9 +44,9 @@ class Renderer {
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
   // Draws a frame. For each field that color_by names, `values` contains the range of values that
-  // determines automatic colours, for example over all frames of a run. If `values` is null, the
-  // values of this frame determine these colours. Only one thread at a time may use a Renderer, but
-  // several Renderers may exist at once.
+  // determines automatic colours, for example over all frames of a run. If `values` is null, that
+  // range is value_range() in this frame. Only one thread at a time may use a Renderer, but several
+  // Renderers may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,
                const std::vector<ColorRange>* values = nullptr);
   // Returns the depth, normal and number of the surface at each pixel, without anti-aliasing.

@@ -37,9 +37,9 @@ ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fiel
 // step, if the map is diverging, `values` is replaced by a range centred on the neutral value (1
 // for stretch, 0 for strains). If only one of color_low and color_high is given, and color_low is
 // below or color_high above the neutral value, the centred range reaches just as far as this end.
-// Otherwise, it reaches just far enough to contain `values`. In the second step, a range of almost
-// no width is widened. If only one end is given and all values are beyond it, the result begins or
-// ends there and has almost no width.
+// Otherwise, it reaches just far enough to contain `values`. In the second step, a range narrower
+// than 1e-6 max(1, |low|) is widened to this width, where `low` is its low end. If only one end is
+// given and all values are beyond it, the result begins or ends there and has almost no width.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

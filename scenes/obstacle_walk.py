@@ -36,8 +36,8 @@ HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # x coordinates and box size 
 # Places of the ankles along the course [m]: first both feet, then the right and left foot in turn
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
-# Height of the axis of the bar over which the dress is made to hang [m]. The shoulders take the
-# place of this bar; their joints are 6 mm lower.
+# Height of the axis of the bar over which the dress would hang [m]. The shoulders take the place of
+# this bar; their joints are 6 mm lower.
 SHOULDER = 1.437
 # Largest distance from hip to ankle, as seen from the side [m]. It limits the pelvis's height.
 REACH = 0.822

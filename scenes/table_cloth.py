@@ -3,7 +3,8 @@
 At first only the middle of the cloth touches the sphere. Then the rim closes into folds that touch
 one another, so the collisions spread over the whole cloth. This is example 5.1 of
 [Thomaszewski2010], with 1,000 steps of 1 ms. The mesh has 27,531 triangles instead of the 27,532 of
-the thesis, because it has an odd number of boundary points. The material is our choice.
+the thesis, because its number of boundary points is odd, which makes the number of triangles odd,
+too. The material is our choice.
 
     loomstone run scenes/table_cloth.py -p triangles=3000
 """

@@ -34,9 +34,9 @@ COARSE = 0.016  # largest edge length [m]
 class Profile(NamedTuple):
     """Profile of the hat, sampled along the cloth from its tip, and a conformal map to a disc."""
 
-    along: Floats  # [m]
+    along: Floats  # distance from the tip along the cloth [m]
     radius: Floats  # distance from the axis [m]
-    height: Floats  # [m]
+    height: Floats  # height above the rim [m]
     flat: Floats  # distance from the middle of the disc [m]
 
 

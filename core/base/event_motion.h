@@ -15,7 +15,7 @@ struct EventBody {
   double mass = 0.0;                                              // [kg]
   Mat3 inertia = Mat3::Zero();  // about the centre of mass, in body axes [kg m^2]
   int level = 0;                // level of the body's events, see EventMotion::Levels
-  bool touched = false;         // cloth that is not attached to the body has pushed it in this step
+  bool touched = false;         // a contact of cloth has pushed the body in this step
 
   Mat3 world_inertia(const Vec4& orientation) const {
     const Mat3 rotation = rotation_matrix(orientation);

@@ -30,8 +30,8 @@ namespace {
 
 // HDF5 writes metadata (the superblock, headers and indices of datasets) many times between two
 // flushes and in no particular order. Therefore, metadata stays in `pending` until the flush. Raw
-// data goes directly to the file, unless it overlaps pending bytes: it fills rows that readers do
-// not read before the flush.
+// data fills rows that readers do not read before the flush. It is therefore written to the file
+// directly, unless it overlaps pending bytes.
 struct JournaledFile : H5FD_t {
   int descriptor = -1;
   bool writes = false;        // true: open for writing

@@ -1,4 +1,4 @@
-// The HDF5 file driver of loomstone's files. A flush changes the structure of a file as a whole: if
+// The HDF5 file driver of loomstone's files. A flush changes the structure of a file atomically: if
 // the writer is killed during a flush, a reader with this driver finds the state before or after
 // that flush.
 #pragma once

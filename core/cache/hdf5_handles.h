@@ -1,5 +1,5 @@
 // RAII owners of HDF5 identifiers, and conversion of HDF5 errors to exceptions, shared by the
-// source files that call the C API of HDF5, in its serial variant.
+// source files that call the C API of serial HDF5 (without MPI).
 #pragma once
 
 #include <string>

@@ -33,9 +33,9 @@ class PendingBytes {
   Ranges ranges_;  // maps the address of each range to its bytes
 };
 
-// The journal consists of records (address, count, bytes) in ascending order and of a trailer,
-// which a writer must write last. A file has a journal if it ends with a trailer that fits the
-// records.
+// The journal consists of records (address, count, bytes), in ascending order of their addresses,
+// and of a trailer, which a writer must write last. A file has a journal if it ends with a trailer
+// that fits the records.
 struct JournalTrailer {
   // `mark` identifies a trailer. `start` is the length of the file without the journal [bytes].
   std::uint64_t mark, start;

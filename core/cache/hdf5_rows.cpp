@@ -82,9 +82,9 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
   checked(H5Dread(dataset_, memory_type_, memory, file, H5P_DEFAULT, rows), name(), "read");
 }
 
-// Without compression, chunks are allocated when the dataset grows and are not initialised with a
-// fill value, so writing a row does not change the chunk index of the file. Compressed chunks
-// cannot be allocated before they are written. The chunk cache is disabled, so that rows are
+// Without compression, chunks are allocated when the dataset grows, so writing a row does not
+// change the chunk index of the file. Compressed chunks cannot be allocated before they are
+// written. No chunk is initialised with a fill value. The chunk cache is disabled, so that rows are
 // written directly to the file.
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
                                RowStorage storage) {

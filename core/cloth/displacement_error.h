@@ -83,7 +83,8 @@ class DisplacementError {
   };
 
   // Returns the error of a step of length h [s] with the displacement (end - start) * time, or
-  // end * time if start is null.
+  // end * time if start is null. `time` is 1 if `end` contains positions, and h if it contains
+  // velocities.
   StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;

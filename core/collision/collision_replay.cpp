@@ -114,7 +114,8 @@ struct ListsOfStep {
     return costs;
   }
   // Stores in `work` the times spent on lists and in searches of unlisted surface pairs since the
-  // last call [s]. If a time for the same work is already stored, keeps the smaller one.
+  // last call [s]. Each list gets an equal share of the time of the passes over all lists. If a
+  // time for the same work is already stored, keeps the smaller one.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds(first.back(), 0.0);

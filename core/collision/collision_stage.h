@@ -50,9 +50,9 @@ class CollisionStage {
   // surfaces from separating. The Tangle is empty if there are no intersections.
   Tangle find_tangle(const Points& x0);
 
-  // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
-  // contains the vertices of all surfaces. The returned reference is valid until the next call of
-  // proximity(), proximity_alone() or all_contacts().
+  // Collective. Returns the contacts closer than their thickness at x0, except those that `tangle`
+  // ignores, sorted by (kind, a, b). x0 contains the vertices of all surfaces. The returned
+  // reference is valid until the next call of proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
   // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
   // if contacts are divided, or if there are several ranks and x0 differs from that of the last

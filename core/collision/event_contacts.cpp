@@ -14,8 +14,8 @@ namespace loomstone {
 
 namespace {
 
-// Fraction of the missing distance (thickness minus distance) that a pair regains in a step
-// [Bridson2002].
+// Largest fraction of the missing distance (thickness minus distance) that a pair regains in a step
+// [Bridson2002]; see movable().
 constexpr double restored = 0.1;
 
 }  // namespace

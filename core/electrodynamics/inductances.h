@@ -18,8 +18,9 @@ struct Inductances {
   Eigen::MatrixXd from_given;
 };
 
-// Computes the inductances. The last mutual inductance of each pair of coils is cached together
-// with the relative pose of the coils. It is reused if the relative pose is exactly the same again.
+// Computes the inductances. The most recent mutual inductance of each pair of coils is cached
+// together with the relative pose of the coils. It is reused if the relative pose is exactly the
+// same again.
 class MutualInductances {
  public:
   explicit MutualInductances(const MagneticModel& model) : model_(model) {}

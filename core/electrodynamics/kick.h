@@ -3,8 +3,8 @@
 //
 // Let G be the force per ampere on a coil. At the current i, the coil feels the force i G. By
 // conservation of momentum, the magnets and other coils that exert this force together feel -i G.
-// The back-EMF is G times the velocity v. Up to rounding, bodies therefore gain the energy that a
-// circuit loses. Positions are constant in a kick. A kick of duration tau solves
+// The back-EMF is G times the velocity v. Up to rounding, bodies therefore gain the energy that the
+// back-EMF takes from a circuit. Positions are constant in a kick. A kick of duration tau solves
 //   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m)
 // for the new values i' and v'. The subscript m denotes the mean of the old and new values; without
 // inductance, i' is i_m. In a circuit with tau R > 2 L, i_m is i' instead of the mean, because i'

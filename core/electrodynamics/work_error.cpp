@@ -33,7 +33,8 @@ Twist displacement(const SubstepWork& work, Index carrier) {
 }
 
 // Returns the square of a wrench in the metric of the body's inverse inertia: twice the kinetic
-// energy that it gives to the body at rest, per squared duration [J/s^2].
+// energy that it gives to the body at rest, per squared duration [J/s^2]. If the body is in a
+// bearing, only the torque about its axis counts.
 double squared(const MagneticRotor& body, const Vec4& orientation, const Wrench& wrench) {
   if (body.bearing) {
     const Vec3 along = wrench.torque.dot(body.bearing->axis) * body.bearing->axis;

@@ -15,7 +15,7 @@ class EventCollisions {
   // Begins or repeats a step that is divided into n_ticks ticks of equal length. n_ticks is 0 if a
   // queue orders the events.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices and bodies that collide at the start of a tick. If
+  // At the start of a tick, changes the velocities of vertices and bodies that collide. If
   // EventMotion::ahead() of a vertex is not 0, its stored position belongs to another time, so a
   // change of its velocity moves this position, too. The caller must move the poses of bodies in
   // the same way.

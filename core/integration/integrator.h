@@ -73,8 +73,8 @@ struct StepInputs {
   const Points* target = nullptr;
   // True, on all ranks, if implicit schemes must take the step by backward Euler. This is so if a
   // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
-  // BDF-2 would throw the cloth back, or if the scheme has gained energy (see relative_gain() in
-  // core/sim/step/energy_account.h).
+  // BDF-2 would throw the cloth back, or if the scheme has gained more energy than is tolerated
+  // (see relative_gain() in core/sim/step/energy_account.h).
   bool damped = false;
   // Linearised schemes multiply the tolerance of the iterative solver by this factor [1].
   double tolerance_factor = 1.0;

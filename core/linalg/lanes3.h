@@ -1,7 +1,7 @@
 // Access to eight rows (3-vectors) at once, in single or double precision. A Lanes3 contains the
 // three components of eight rows, with one row in each lane. gather_rows() and for_each_row()
 // convert it from and to rows of four numbers, the fourth of which is zero. Each component of a
-// Lanes3 is a native vector or a Halves.
+// Lanes3 is a native vector or a Halves (core/base/halves.h).
 #pragma once
 
 #include <cstddef>
@@ -13,6 +13,8 @@
 namespace loomstone {
 
 // Vector of eight numbers of type Scalar in a kernel that is compiled for the vector type Lanes.
+// For doubles, Lanes256 replaces Lanes128, because each of its halves holds the four numbers of a
+// row.
 template <class Lanes, class Scalar>
 using LanesOf =
     std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,

@@ -86,8 +86,8 @@ class SolveMemory {
   SolveMemory& operator=(SolveMemory&&) noexcept;
 
   PcgMemory& pcg() { return *pcg_; }
-  // solver_bytes() returns the memory of matrix copies, terms and vectors, and
-  // preconditioner_bytes() that of the preconditioner [bytes].
+  // solver_bytes() returns the memory of matrix copies, their layout, terms, lists of blocks and
+  // vectors, and preconditioner_bytes() that of the preconditioner [bytes].
   std::size_t solver_bytes() const;
   std::size_t preconditioner_bytes() const;
 
@@ -98,10 +98,10 @@ class SolveMemory {
 // Part of the system that is unchanged since the solve that filled the memory.
 // Nothing: everything may have changed.
 // Matrix: only terms, right-hand side, guess and tolerance may have changed. The preconditioner is
-//   reused unless it is Gauss-Seidel. If a loose tolerance ended that solve early and the guess x
-//   is its solution, the product A x is reused too.
-// System: only the tolerance may have changed. If a loose tolerance ended that solve early, its
-//   iteration resumes.
+//   reused unless it is Gauss-Seidel. If a loose tolerance ended that solve early in single
+//   precision and the guess x is its solution, the product A x is reused too.
+// System: only the tolerance may have changed. If a loose tolerance ended that solve early in
+//   single precision, its iteration resumes.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {

@@ -14,7 +14,7 @@ namespace {
 constexpr Index slices_per_chunk = rows_per_block / 8;
 constexpr Index parents_per_chunk = rows_per_block / 8;
 constexpr Index chunks_a_task = 8;             // minimum work of a task: about 1,000 nodes
-constexpr Index chunks_of_product_a_task = 2;  // minimum work of a product task: 256 nodes
+constexpr Index chunks_of_product_a_task = 2;  // minimum work of a task of multiply(): 256 nodes
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
 // nodes, because the eigenvalues of D^-1 A, with the diagonal blocks D, are then below four. For
 // elements or terms that couple more nodes, convergence is not guaranteed. If a V-cycle is

@@ -84,8 +84,9 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
 
 // Replaces the terms while the matrix is unchanged. Keeps the preconditioner, unless it is
 // Gauss-Seidel, because a new one costs more than the iterations that it may save. With the old
-// preconditioner, integration takes 0.84, 0.78 and 0.94 times as long as with a new one in small
-// versions of the scenes stack, fold and twist, with 1.11, 0.94 and 1.00 times as many iterations.
+// preconditioner, time integration takes 0.84, 0.78 and 0.94 times as long as with a new one in
+// small versions of the scenes stack, fold and twist, with 1.11, 0.94 and 1.00 times as many
+// iterations.
 void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
   set_terms(solve);

@@ -81,8 +81,8 @@ class Preconditioner {
     double curvature;  // p . A p
     double residual;   // r . P^-1 r
   };
-  // Returns the dot products of a step, with `curvature` summed over all ranks. At the same time,
-  // exchanges the halo of the product q on the coarse levels. Collective.
+  // Returns the dot products of a step, summed over all ranks. `curvature` is p . A p on the owned
+  // rows. At the same time, exchanges the halo of the product q on the coarse levels. Collective.
   template <class Scalar>
   StepProducts complete_product(const RowLayout& layout, BinnedSum curvature);
   // Updates the residual of the coarse levels for a step r -= alpha q.

@@ -1,7 +1,8 @@
 // Symmetric block Gauss-Seidel as a preconditioner: z = (S + L)^-T S (S + L)^-1 r. L contains the
-// strictly lower blocks of the matrix, and S the diagonal blocks including extra terms. L is stored
-// in single precision, because rounding of a preconditioner does not limit the accuracy of the
-// solution. One copy of L serves the forward and the backward sweep. The sweeps are sequential.
+// strictly lower blocks of the matrix without extra terms, and S the diagonal blocks with extra
+// terms. L is stored in single precision, because rounding of a preconditioner does not limit the
+// accuracy of the solution. One copy of L serves the forward and the backward sweep. The sweeps are
+// sequential.
 #pragma once
 
 #include <vector>

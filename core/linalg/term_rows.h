@@ -1,7 +1,7 @@
-// Extra terms of one solve, applied without an assembled matrix. In a product, the force of each
-// term is computed once. Each row then adds up the forces of its own terms, so no two threads write
-// to the same location. A row adds forces in the order of the terms. Terms are copied to compact
-// arrays.
+// Extra terms of one solve, applied without an assembled matrix. In a matrix-vector product, the
+// force of each term is computed once. Each row then adds up the forces of its own terms, so no two
+// threads write to the same location. A row adds forces in the order of the terms. Terms are copied
+// to compact arrays.
 #pragma once
 
 #include <algorithm>

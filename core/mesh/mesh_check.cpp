@@ -15,9 +15,9 @@ namespace loomstone {
 namespace {
 
 // Lower bounds on the height of a triangle above its longest edge, as fractions of the length of
-// this edge and of the largest absolute coordinate of the mesh. A triangle counts as having zero
-// area unless its height exceeds both bounds. The first value is heuristic. The second exceeds the
-// rounding errors of collinear points.
+// this edge and of the largest absolute coordinate of all vertices (or of all uv). A triangle
+// counts as having zero area unless its height exceeds both bounds. The first value is heuristic.
+// The second exceeds the rounding errors of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 

@@ -19,9 +19,10 @@ namespace loomstone {
 // coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
 // texcoord of each face. Polygons are split by split_polygon() (polygons.h). If with_uv is false,
 // rest coordinates in the file are ignored: obstacles and bodies without a texture need none, and
-// texture coordinates may be folded or degenerate. Throws CacheError if the file cannot be read, or
-// if it is truncated or malformed; where possible, the message then gives the position in the file.
-// Throws InvalidInput if TriangleMesh rejects the mesh, and Unsupported for other extensions.
+// folded or degenerate texture coordinates would be rejected. Throws CacheError if the file cannot
+// be read, or if it is truncated or malformed; where possible, the message then gives the position
+// in the file. Throws InvalidInput if TriangleMesh rejects the mesh, and Unsupported for other
+// extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
 // Colours in a mesh file. OBJ files can contain materials, and PLY files colours of vertices.

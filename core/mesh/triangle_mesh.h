@@ -32,9 +32,10 @@ class TriangleMesh {
   double mean_edge() const;  // mean length of the edges [m]
   bool closed() const;       // every edge has two faces
   bool flat() const;         // all vertices lie in one plane, within 1e-9 times the mesh's size
+  // Rotates and scales the vertices about the origin, then translates them. Keeps the uv.
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
-                     double scale = 1.0) const;  // uv do not change
+                     double scale = 1.0) const;
   // Vertex i of the result is vertex vertex_order[i] of this mesh, and triangle t is triangle
   // triangle_order[t]. The rows of uv keep their order.
   TriangleMesh reordered(const std::vector<Index>& vertex_order,

@@ -1,6 +1,7 @@
 // Sum whose bits do not depend on the order in which numbers are added [Ahrens2020]. Numbers are
-// split at fixed powers of 2^32. The parts of each power are added exactly, as integers, and only
-// the four highest powers are kept. Ranks can therefore add their sums in any order.
+// split into parts of 32 bits at fixed powers of two. The parts between the same two powers are
+// added exactly, as integers, in one bin, and only the four highest bins are kept. Ranks can
+// therefore add their sums in any order.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // Division of the elements of a mesh among ranks. A rank stores all elements that touch its rows
 // (vertices, see row_layout.h), because they contribute to the forces and to the matrix rows that
-// it computes. It also stores the triangles over which it sums energies and errors.
+// it computes. It also stores the triangles for which it computes energies and the error of a step.
 #pragma once
 
 #include <vector>

@@ -40,7 +40,8 @@ struct Network {
 struct ReplayReport {
   double seconds = 0.0;   // time until all ranks have all results [s]
   double exchange = 0.0;  // part of `seconds` in which the ranks exchange results and costs [s]
-  // Least, mean and largest time that a rank works, without the time for messages [s].
+  // Least, mean and largest time that a rank works [s]. Excludes the time to find its first tests
+  // and the time for messages.
   double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;
   // Numbers of requests, transfers and refusals of all ranks, and number of waves of Termination.
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;

@@ -37,7 +37,7 @@ int threads_in_environment();
 // Returns threads_in_environment() or, if it is 0, available_processors().
 int default_thread_count();
 
-// Returns the index of the calling thread in its parallel loop, 0 to threads - 1.
+// Returns the index of the calling thread in its parallel region, 0 to threads - 1.
 int thread_number();
 
 // Must be called before each parallel region. Throws Unsupported in a forked process if a loop ran

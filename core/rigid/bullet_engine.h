@@ -27,10 +27,11 @@ namespace loomstone {
 // pose differences with an arc cosine, which amplifies rounding errors to a rotation of 1e-8 rad
 // per step.
 //
-// Restitution excludes the kicks of the step, as it excludes gravity: forces that press two bodies
-// together do not make them bounce. A body bounces in the step in which it reaches the other body,
-// even if there is still a gap at the start of the step. Without this rule, Bullet would brake the
-// body to the speed that closes the gap in this step, and the body would not rebound.
+// Restitution excludes the kicks of the step (velocity changes by forces), as it excludes gravity:
+// forces that press two bodies together do not make them bounce. A body bounces in the step in
+// which it reaches the other body, even if there is still a gap at the start of the step. Without
+// this rule, Bullet would brake the body to the speed that closes the gap in this step, and the
+// body would not rebound.
 //
 // Bullet's continuous detection is not used. It sweeps a sphere by an iteration that does not
 // converge if the sphere slides along a surface, and then stops or deflects bodies. The collision

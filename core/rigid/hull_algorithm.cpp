@@ -139,8 +139,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
 
   // Returns whether inner points of the hull cross the other object while that object moves by
   // `motion`, which is given in the axes of the hull. The points are the centre and a point near
-  // each corner. A thin or small hull that passes a surface in one step does not touch it at the
-  // end.
+  // each corner. A thin or small hull that passes through a surface in one step does not touch it
+  // at the end.
   bool passes(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met) const {
     if (planes_.empty()) return false;
     // Position of a point between the centre (0) and a corner (1). Corners themselves would graze a

@@ -84,7 +84,7 @@ btScalar distance_from_ray(const btVector3& point, const btVector3& from,
   return (from + std::clamp(share, btScalar(0), end) * direction - point).length();
 }
 
-// Returns whether a sphere on `path` passes the other object, which its unblocked motion `whole`
+// Returns whether a sphere on `path` goes past the other object, which its unblocked motion `whole`
 // would meet. Only the contact point of the object is tested, which is sufficient if the path and
 // `whole` differ little. Returns false if the two motions are equal or differ by more than half the
 // radius, or if the sphere stops after the step. A short motion does not enter an object far, so

@@ -68,7 +68,7 @@ double radius(const btRigidBody& ball) {
 
 // Adds the contact between two spheres, if there is one. `motion` is the motion of `ball` relative
 // to `other` in this step [m]. There is no contact if the gap exceeds both `near` and the length of
-// `motion`, or if `motion` closes the gap along the normal but `ball` passes `other`.
+// `motion`, or if `motion` closes the gap along the normal but `ball` goes past `other`.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),

@@ -76,8 +76,8 @@ class ContactNetwork {
     }
     opposite_start_.push_back(static_cast<int>(opposites_.size()));
   }
-  // Marks contacts of which a body has no opposite contact as not held. Returns whether there were
-  // any.
+  // Marks a contact as not held if one of its bodies has no held contact on the opposite side.
+  // Returns whether it has marked any.
   bool release() {
     bool any = false;
     for (int s = 0; s < n_sides(); ++s)
@@ -89,9 +89,10 @@ class ContactNetwork {
   const ContactRows& contacts_;
   std::vector<btScalar> depths_;     // (rows)
   std::vector<ContactSide> sides_;   // sorted by body
-  std::vector<int> opposite_start_;  // (sides + 1) first opposite contact of each side
+  std::vector<int> opposite_start_;  // (sides + 1) first entry of each side in opposites_
   std::vector<int> opposites_;       // rows of the opposite contacts of each side
-  std::vector<bool> held_;           // (rows)
+  // (rows) Whether chains of contacts join both sides of a contact to obstacles.
+  std::vector<bool> held_;
 };
 
 }  // namespace
@@ -99,8 +100,8 @@ class ContactNetwork {
 std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar step) {
   const int n = contacts.rows.size();
   const ContactNetwork network(contacts);
-  // Mean of the depths of a contact and of the opposite ones, and size of the body (smallest values
-  // of the two bodies of a contact).
+  // For each contact: the mean of its depth and that of the deepest opposite contact, and the size
+  // of the body. If a contact has two bodies, the smaller of their values.
   std::vector<btScalar> means(n, infinite), sizes(n, infinite);
   for (int s = 0; s < network.n_sides(); ++s) {
     const int row = network.side(s).row;

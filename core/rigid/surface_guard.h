@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// Contacts ahead of the motion keep fast bodies from passing surfaces. They are found for the
-// velocities before the contacts act, so a body that another one strikes may move along a path
+// Contacts ahead of the motion keep fast bodies from passing through surfaces. They are found for
+// the velocities before the contacts act, so a body that another one strikes may move along a path
 // without contacts. This function tests the path of the centre of a body, which has just moved from
 // `from` in a step [s], against the triangles of all obstacles. If the centre has crossed a
 // surface, the body is put back along the path. The length of the path between its centre and the

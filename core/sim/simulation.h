@@ -82,7 +82,8 @@ class Simulation {
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank owns to all other ranks.
-  std::int64_t loop_iterations() const;  // iterations of parallel loops on this rank
+  // Returns the number of iterations of parallel loops, and of tests of TaskPool, on this rank.
+  std::int64_t loop_iterations() const;
 
   Points positions() const;  // (n x 3) [m], a copy
   void set_positions(const Points& positions);
@@ -99,8 +100,8 @@ class Simulation {
   // Sets target positions of prescribed vertices, which replace the script. The targets are
   // reached after the time step_size(). Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Sets the pose of an obstacle, which replaces its keyframes. The pose is reached after the
-  // time step_size().
+  // Sets the pose of an obstacle, which replaces its keyframes or vertex_positions. The pose is
+  // reached after the time step_size().
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
   // Returns the present magnetic forces [N] and torques about the centres of mass [N m] on the

@@ -2,7 +2,7 @@
 
 A docstring consists of paragraphs, examples (>>>), indented code, lists (lines `- text`), and lines
 `name : text` that describe parameters. Indented lines continue list items and parameters. Words in
-single backticks are code.
+single backticks are code. The heading "Parameters (keywords)" is left out.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ COLUMN_WIDTHS = {"column": 30, "meaning": 70}
 
 
 def declaration(text: str) -> tuple[str, str, str]:
-    """Splits the docstring of a field into meaning, limits and default. Missing ones are empty."""
+    """Splits the docstring of a field into meaning, limits and default. Missing parts are empty."""
     parts = text.split("; ")
     default = parts.pop().removeprefix("default ") if parts[-1].startswith("default ") else ""
     limits = parts.pop() if re.match(r"[<>]=? |in [\[(]", parts[-1]) else ""

@@ -1,4 +1,4 @@
-"""The directive `scene-gallery`: every scene file with its picture, size, times and source.
+"""The directive `scene-gallery`: every scene file with docstring, picture, size, times and source.
 
 tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that is not in
 docs/gallery.json appears without picture, size and times.
@@ -20,7 +20,10 @@ TABLE = ROOT / "docs/gallery.json"
 
 
 def measured(numbers: dict[str, float]) -> str:
-    """Returns text: size, duration and computing time of a scene, and the time of its picture."""
+    """Returns a text about a scene.
+
+    It has the size, the duration, the computing time and the instant that the picture shows.
+    """
     surfaces = [
         f"{numbers[key]:,} {key if key == 'triangles' else 'bodies and obstacles'}"
         for key in ("triangles", "bodies")

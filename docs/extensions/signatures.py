@@ -34,7 +34,7 @@ ARRAY = re.compile(
 
 
 def with_arrays(text: str) -> str:
-    """Replaces the full types of arrays, which autodoc writes, by their short names."""
+    """Replaces types of arrays in annotations by short names, such as NDArray[float64]."""
     array_like = stringify_annotation(ArrayLike, "smart", short_literals=True)
     text = text.replace(array_like, "ArrayLike")
     return ARRAY.sub(lambda match: f"NDArray[{match[1] or 'float64'}]", text)
@@ -93,7 +93,10 @@ def signature(function: ast.FunctionDef) -> inspect.Signature:
 
 @cache
 def stub() -> dict[str, inspect.Signature]:
-    """Returns the stub's signatures by name ("TriangleMesh.moved", "TriangleMesh.__init__")."""
+    """Returns the stub's signatures by name ("TriangleMesh.moved", "TriangleMesh.__init__").
+
+    If a function is overloaded, its first signature is used.
+    """
     found: dict[str, inspect.Signature] = {}
     for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef):

@@ -130,7 +130,7 @@ class Simulation(_core.Simulation):
 
     @property
     def preparation_seconds(self) -> float:
-        """Wall time of building the simulation [s]."""
+        """Wall time of building the simulation, without the search for likely mistakes [s]."""
         return self._preparation_seconds
 
     @property
@@ -188,8 +188,8 @@ class Simulation(_core.Simulation):
             to frames.csv and a summary of them to the report
         record_tasks : n, to record the motion of surfaces in every n-th step for `loomstone
             replay`; 0, to record none
-        compression : level of the deflate compression of frames, 0 (none) to 9. Compressed files
-            are smaller by about a fifth; docs/cache.md gives the cost.
+        compression : level of the deflate compression of frames, 0 (none) to 9; a resumed run keeps
+            its level. Compressed files are smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone. It must not step or restore the simulation.
 
@@ -242,8 +242,8 @@ class Simulation(_core.Simulation):
 
         All ranks must call this method, and get the same hash.
 
-        If the current step allows no checkpoint (see `may_checkpoint`), the hash covers positions,
-        velocities and bodies only.
+        If the current step allows no checkpoint (see `may_checkpoint`), the hash covers only the
+        positions and velocities of cloth vertices, and the poses and linear velocities of bodies.
         """
         content = hashlib.sha256()
         if not self.may_checkpoint:

@@ -2,8 +2,8 @@
 
     python tests/benchmarks/culling.py --intervals 2.5e-3 1e-3
 
-The scene `ribbon` runs once for each interval. Each sampled step has a row with numbers of pairs of
-features:
+The scene `ribbon` runs once for each interval (length of a step [s]). Each sampled step has a row
+with numbers of pairs of features:
 - overlap: their 18-DOPs overlap over the next interval. The 18-DOPs enclose half the thickness and
   the motion that the search assumes: 1.5 times the velocity, with an allowance for velocities that
   change.

@@ -100,7 +100,7 @@ def caught(mass: float, corners: bool = False, drop: float = 0.05) -> ls.Scene:
 
 
 def struck(mass: float, limit: float = 0.05) -> ls.Scene:
-    """A tilted box of `mass` [kg] that hits a cloth of 50 g at 2 m/s with one of its corners.
+    """A tilted box of `mass` [kg] that hits a cloth of 50 g at about 2 m/s with one of its corners.
 
     The cloth is pinned along all edges. Its strain limits are `limit` (shear: twice that).
     """

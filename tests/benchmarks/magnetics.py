@@ -5,8 +5,8 @@ same pairs of rotated cuboids.
     python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
 
 Prints the processor time per point [ns] (the minimum of the repeats), the ratio of the times, and
-the median relative difference of the two fields. Then prints the time [ms] and the error of forces;
-magpylib uses 1,000 and 10,000 cells per target.
+the median relative difference of the two fields. Then prints the time [ms] and the relative error
+of forces. magpylib divides the magnet on which a force acts into 1,000 and into 10,000 cells.
 """
 
 import argparse

@@ -5,8 +5,8 @@ segments, and magnets that follow a rotating field.
 
 The benchmark prints for each motor:
 - angle, speed: the largest deviations from the table, relative to its largest values
-- balance: the energy missing at the end, relative to the sum of the energies that sources supply
-  and that resistances and bearings dissipate
+- balance: the energy missing or gained at the end, relative to the sum of the energies that sources
+  supply and that resistances and bearings dissipate
 
 The benchmark takes about a second.
 """

@@ -8,9 +8,9 @@
 The model assumes that on n ranks, collision handling and the rest of a step each take the time
 a + b / n outside communication. Both pairs of numbers a and b are fitted to the runs, which must
 have at least two different numbers of ranks. A collective operation takes one message in each of
-log2(n) rounds (rounded up), and every rank receives the bytes that all ranks send. Measured times
-are means, not minima, over the steps from --first on, so other programs on the machine would
-distort them.
+log2(n) rounds (rounded up), and every rank receives the bytes that all ranks send. The numbers of
+operations and bytes in a step are those of the run with the most ranks. Measured times are means,
+not minima, over the steps from --first on, so other programs on the machine would distort them.
 """
 
 from __future__ import annotations

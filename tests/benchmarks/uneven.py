@@ -8,9 +8,10 @@ without collisions. These tables list updates of triangles and processor time of
 second of motion. The columns "fewer" and "less" give the updates and the time of symplectic Euler
 divided by those of the row. Asynchronous steps and the step of symplectic Euler are the same share
 of their limits of stability. With the default rigidity, bending limits the steps at the tip; with
-`--bending 1e-5 --damping 0`, the membrane does. In the last table, the hat falls on the floor. The
-table lists the processor time of stepping and of collision handling per second of motion. For
-asynchronous steps, stepping includes the contacts at events.
+`--bending 1e-5 --damping 0`, the membrane does. In the last table, for the first value of --fine,
+the hat falls on the floor. The table lists the processor time of stepping and of collision handling
+per second of motion, and the reason if a run ends early. For asynchronous steps, stepping includes
+the contacts at events.
 """
 
 import argparse

@@ -30,8 +30,8 @@ TestScene sheets_on_table(Index cells) {
        {grid_cells(0.3, 0.3, 4, 4).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
 }
 
-// The contacts of all steps, and the numbers of contacts and impacts. results() also adds the end
-// positions and the results of approach() to `numbers`.
+// `numbers` has the contacts of all steps; results() also adds the end positions and the results of
+// approach(). `contacts` and `impacts` are the numbers of contacts and impacts in all steps.
 struct Results {
   std::vector<double> numbers;
   std::int64_t contacts = 0, impacts = 0;
@@ -49,7 +49,7 @@ struct Results {
 };
 
 // Returns the results of eight steps of random motion. Six steps are calm. In the other two, the
-// coordinates of the sheets change by up to 30 mm, far more than a list allows.
+// coordinates of the sheets change by up to 30 mm, far more than a neighbour list allows.
 Results results(const TestScene& scene, std::shared_ptr<const Communicator> ranks) {
   CollisionStage stage(scene.model, Decomposition::Predicted, std::move(ranks));
   Points x = scene.x;

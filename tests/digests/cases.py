@@ -85,7 +85,7 @@ def falling(
     response: str = "implicit",
     bending: str = "mid-edge",
 ) -> ls.Scene:
-    """A sheet that meets a sphere in the first steps, and a box that falls on the sheet."""
+    """A sheet that meets a sphere in the first steps, a box that falls on it, and a floor below."""
     mesh = ls.grid(size=(0.3, 0.3), triangles=450).moved((0, 0, 0.1015))
     cotton = ls.ClothMaterial(
         weft_stiffness=200,

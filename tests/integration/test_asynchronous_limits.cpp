@@ -49,7 +49,8 @@ double longest_edge(const ClothRun& run) {
 
 struct Swing {
   double stretch = 0.0, edge = 0.0;  // largest stretch of triangles and of edges
-  // Mean energy gain in the last tenth of the time, divided by the largest kinetic energy.
+  // Energy gained since the start, averaged over the last tenth of the time and divided by the
+  // largest kinetic energy.
   double gain = 0.0;
 };
 

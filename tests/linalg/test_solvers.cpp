@@ -156,8 +156,9 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // All rows of x are equal and all masses are 1, so y equals x. The tolerance covers rounding, in
-  // double precision, of sums whose terms are about 1e7. In single precision, the error would be 1.
+  // All rows of x are equal, so the stiffness adds nothing to y. All masses are 1, so y equals x.
+  // The tolerance covers rounding, in double precision, of sums whose terms are about 1e7. In
+  // single precision, the error would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
@@ -306,8 +307,9 @@ TEST_CASE("a solve with other terms on the same matrix agrees with a first solve
     LinearSystem again = system.view();
     again.terms = &other.terms;
     CHECK(solver->solve(Team{1}, again, system.b, second, memory, Unchanged::Matrix).converged);
-    // Every solver agrees with the direct solution within the tolerance. Solvers that keep no
-    // preconditioner from the first solve also agree bitwise with a new solver.
+    // Every solver agrees with the direct solution. The tolerance of 1e-10 applies to the residual,
+    // so the error may be larger. Solvers that keep no preconditioner from the first solve also
+    // agree bitwise with a new solver.
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
     if (method == LinearMethod::GaussSeidel || method == LinearMethod::Direct)
       CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));

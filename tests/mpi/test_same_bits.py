@@ -50,7 +50,7 @@ soft = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffnes
 cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(16, 16)), material=soft, pins=[0, 16],
                  strain_limit=ls.StrainLimit(0.02, 0.02, 0.05))
 ball = ls.sphere(radius=0.1, centre=(0, 0, -0.11))
-# The four edges are pinned, and the ball rises into the cloth, which must exceed its limits.
+# The four edges are pinned. The ball rises into the cloth and stretches it beyond its limits.
 edges = [i for i in range(17 * 17) if i % 17 in (0, 16) or i // 17 in (0, 16)]
 forced = ls.Scene(
     cloths=[cloth.replace(pins=edges)],

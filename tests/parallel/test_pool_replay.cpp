@@ -96,7 +96,7 @@ TEST_CASE("a dynamic replay takes the time in which ranks exchange costs of test
   const double without = replay_dynamic(tests, network).seconds;
   tests.deal_exchanges = 0.25, tests.deal_bytes = 500.0;
   // With 0.25 exchanges of costs per search, two rounds of 3 us add a quarter of their time. The
-  // transfer of 500 B at 1e8 B/s adds 5 us.
+  // 500 B that each rank receives per search add 5 us at 1e8 B/s.
   CHECK(replay_dynamic(tests, network).seconds == Approx(without + 6.5e-6));
 }
 

@@ -87,7 +87,7 @@ TEST_CASE("a rank without work receives tasks while another rank has work") {
         tree.expand(test, stack);
         if (!all_work()) std::this_thread::sleep_for(std::chrono::microseconds(50));
       };
-      // Rank 0 starts with all tests, and the other ranks with none.
+      // Rank 0 starts with the root of the tree, and the other ranks start with no test.
       reports[rank] =
           pool.run(Team{1}, rank == 0 ? tree.roots(0, 1) : std::vector<NodeTest>(), perform);
     });

@@ -246,7 +246,7 @@ TEST_CASE("normals of a ball point away from its centre, in world axes", "[rende
       const Vec3 outwards = (options.camera.eye + seen.depth[at] * ray).normalized();
       const Vec3 normal = Eigen::Vector3f(&seen.normal[3 * at]).cast<double>();
       CHECK(normal.norm() == Approx(1.0));
-      CHECK(normal.dot(outwards) > 0.999);  // 2.6 degrees; the ball has flat triangles
+      CHECK(normal.dot(outwards) > 0.999);  // tolerance of 2.6 degrees: triangles are flat
     }
   CHECK(pixels > 3000);
 }

@@ -154,7 +154,7 @@ TEST_CASE("ambient occlusion only darkens", "[renderer]") {
       brighter += brightness(with, x, y) > brightness(without, x, y) + 3;
     }
   }
-  CHECK(darker > 200);  // the hollow under the cloth and its folds
+  CHECK(darker > 200);  // pixels in the hollow under the cloth and in its folds
   CHECK(brighter == 0);
 }
 

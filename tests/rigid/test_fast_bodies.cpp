@@ -130,9 +130,9 @@ TEST_CASE("a coin slides as far as friction lets it, wherever it starts") {
     for (int i = 0; i < 500; ++i)
       world.advance(1e-3, {none, none}, ObstaclePlaces({{flat.position, flat.orientation}}), state);
     const Vec3 moved = state.positions.row(0).transpose() - at - Vec3(0, 0, 0.001);
-    // The distance is v^2 / (2 mu g), up to the motion in one step. Two bodies have up to four
-    // contact points, which Bullet collects over several steps. The friction at these points turns
-    // the coin and thus deflects it a little.
+    // The distance is v^2 / (2 mu g), up to the motion in one step. Between coin and table, there
+    // are up to four contact points, which Bullet collects over several steps. The friction at
+    // these points turns the coin and thus deflects it a little.
     CHECK(moved.x() == Approx(1.0 / (2 * 0.3 * 9.81)).margin(1e-3));
     CHECK(std::abs(moved.y()) < (on_table ? 5e-3 : 1e-3));
     CHECK(state.velocities.row(0).norm() < 1e-3);
@@ -261,8 +261,8 @@ TEST_CASE("bodies that glide fast past edges and over gaps keep their velocity")
 }
 
 // The spin about the long axis of a rod has little energy. If contacts turned this spin into a
-// tumble of the same angular velocity, its energy would grow by the ratio of the moments of
-// inertia, which is 7200.
+// tumble of the same angular velocity, its energy would grow by a factor of 7200, the ratio of the
+// moments of inertia.
 TEST_CASE("a thin rod that falls on a box gains no energy") {
   const double step = GENERATE(5e-4, 1e-3);
   std::mt19937 random(3);

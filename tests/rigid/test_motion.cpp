@@ -69,7 +69,8 @@ TEST_CASE("a body described in rotated mesh axes has the same motion") {
   RigidBody plain = body_of(box(0.4, 0.2, 0.1), "box", Vec3(1, 2, 3));
   plain.velocity = Vec3(1, 0, 0);
   plain.angular_velocity = Vec3(1, 2, -3);
-  RigidBody turned_mesh = plain;  // mesh rotated by `turn`, body by its inverse
+  // The mesh is rotated by `turn` and shifted. The pose of the body undoes both.
+  RigidBody turned_mesh = plain;
   turned_mesh.shape = BodyShape::Convex;
   const Vec3 shift(0.5, -0.5, 0.25);
   turned_mesh.mesh = shared(plain.mesh->moved(shift, turn));

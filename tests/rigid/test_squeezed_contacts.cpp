@@ -1,4 +1,5 @@
-// Tests of obstacles that squeeze a body from opposite sides, as the jaws of a gripper do.
+// Tests of obstacles that squeeze a body, or a row of bodies, from opposite sides, as the jaws of a
+// gripper do.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -16,8 +16,8 @@ TEST_CASE("a solve has no denormal operands, and leaves the thread's arithmetic 
   const char* method =
       GENERATE("semi-implicit-euler", "bdf2", "implicit-midpoint", "nonlinear-midpoint");
   CAPTURE(method);
-  // A flat sheet that falls about its pinned corner. The motion out of its plane decays along the
-  // sheet.
+  // A flat sheet that falls about its pinned corner. The effect of the pin decays along the sheet
+  // to values that could be denormal.
   Scene scene;
   Cloth cloth;
   cloth.mesh = test::share(grid_cells(0.6, 0.6, 24, 24));

@@ -104,7 +104,7 @@ inline IntegratorOptions exact_options(const char* method, double step) {
   return o;
 }
 
-// Returns stable_step() [s] for the cloths of a model at x (n x 3) [m].
+// Returns stable_step() [s] with explicit bending, for the cloths of a model at x (n x 3) [m].
 inline double stable_step_at(const ClothModel& model, const Points& x) {
   Elasticity elasticity(model, BendingTreatment::Explicit);
   return stable_step(elasticity, model, x);

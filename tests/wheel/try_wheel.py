@@ -36,7 +36,7 @@ OPTIONAL = [
 
 
 def command(*arguments: object, **environment: str) -> tuple[int, str]:
-    """Returns the exit code of the command `loomstone` and what it printed."""
+    """Runs the command `loomstone`. Returns its exit code and what it printed."""
     done = subprocess.run(
         [Path(sys.executable).with_name("loomstone"), *map(str, arguments)],
         stdout=subprocess.PIPE,

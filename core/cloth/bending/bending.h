@@ -93,8 +93,9 @@ class Bending {
                                        Index end, BlockMatrix& matrix) const = 0;
   // Returns the largest eigenvalue lambda of M^-1 K at the rest positions [1/s^2], slightly
   // underestimated by power iteration. M is the diagonal matrix of the vertex masses `mass` (n)
-  // [kg], and K is the bending stiffness. Without damping, symplectic Euler is stable if its steps
-  // are shorter than 2 / sqrt(lambda) [s]. Requires BendingSetup::keeps_rest.
+  // [kg], and K is the bending stiffness. Prescribed vertices do not move. Without damping,
+  // symplectic Euler is stable if its steps are shorter than 2 / sqrt(lambda) [s]. Requires
+  // BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges whose slope is the plain mean of the slopes of their two triangles, because a

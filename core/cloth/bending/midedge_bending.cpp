@@ -1,6 +1,7 @@
-// The mid-edge bending element. Each triangle has the energy 1/2 kappa^T W kappa. Its curvature is
-// kappa = C (theta - rest), where theta and rest contain the current angles and the rest angles of
-// up to nine hinges. midedge::make_elements() computes C and W.
+// The mid-edge bending element. Each triangle has the energy 1/2 kappa^T W kappa. Here kappa =
+// C (theta - rest) is the change of the triangle's curvature that hinges cause, where theta and
+// rest contain the current angles and the rest angles of up to nine hinges. W accounts for the
+// change that slopes at boundary edges cause. midedge::make_elements() computes C and W.
 #include <algorithm>
 #include <cmath>
 #include <map>

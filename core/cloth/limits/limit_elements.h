@@ -27,8 +27,8 @@ struct LimitedCloth {
 
 // Returns a greedy colouring of items: the colour of each item, from 0 to n_colours - 1. Sets
 // n_colours to the number of colours. An item is a row of vertex indices. Items are coloured in
-// ascending order. Each item gets the smallest colour that no preceding item with a vertex in
-// common has.
+// ascending order. Each item gets the smallest colour that differs from those of all preceding
+// items that share a vertex with it.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;

@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// A search for cluster pairs also distributes the lists over the ranks. It is due if the cost of
-// one rank (Pass::cost) exceeds this multiple of the mean cost of the ranks and at least
-// `least_updates` updates have followed the last distribution. Our choice.
+// A search for cluster pairs also distributes the lists over the ranks. To balance the ranks, it is
+// due if the cost of one rank (Pass::cost) exceeds this multiple of the mean cost of the ranks and
+// at least `least_updates` updates have followed the last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
@@ -149,9 +149,10 @@ bool NeighbourLists::costly(const Upkeep& upkeep) const {
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
 }
 
-// Searches for cluster pairs along the last step, extrapolated from the positions of the last
-// update. Then marks the lists that must be made and calls unlist_fast(). Tries lists again for
-// surface pairs whose pause is over. `all` is true if there are no lists before the search.
+// Searches for cluster pairs, in the expectation that vertices repeat their last step from the
+// positions of the last update. Then marks the lists that must be made and calls unlist_fast().
+// Tries lists again for surface pairs whose pause is over. `all` is true if there are no lists
+// before the search.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);

@@ -16,7 +16,7 @@ struct Contact {
   ContactKind kind;
   Index a, b;                     // vertex id and triangle id, or two edge ids with a < b
   std::array<Index, 4> vertices;  // vertex and face corners, or ends of edge a and of edge b
-  std::array<double, 4> weights;  // >= 0 for feature a (sum 1), <= 0 for b (sum -1)
+  std::array<double, 4> weights;  // of the closest points: >= 0 in a (sum 1), <= 0 in b (sum -1)
   Vec3 normal;                    // unit normal from b to a
   double distance;                // distance at the start of the part of the step [m]
   double thickness;               // thickness xi of the pair, as returned by contact_distance() [m]

@@ -56,13 +56,14 @@ inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKi
   return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
 }
 
-// Returns the smallest AttachedTo::distance [m] of a vertex of one feature that is attached to the
-// surface of the other one, or infinity if there is no such vertex.
+// Returns the smallest AttachedTo::distance [m] of those vertices of each feature that are attached
+// to the surface of the other feature, or infinity if there is no such vertex.
 double attached_distance(const CollisionModel& model, ContactKind kind,
                          const std::array<Index, 4>& vertices);
 
 // Returns the distance at which two features of a surface pair come into contact [m]: the thickness
-// of the pair or attached_distance(), whichever is smaller. 0 if the features do not collide.
+// of the pair or attached_distance(), whichever is smaller. It is 0 if an attachment excludes
+// contacts between the features.
 double contact_distance(const CollisionModel& model, const SurfacePair& pair, ContactKind kind,
                         const std::array<Index, 4>& vertices);
 

@@ -15,8 +15,8 @@ struct FreeBody {
   double inverse_mass = 0.0;  // [1/kg]
   // Inverse inertia about the centre of mass in world axes, at the start of the part [1/(kg m^2)].
   Mat3 inverse_inertia = Mat3::Zero();
-  // True if the body was pressed against an obstacle in the last step of RigidWorld, directly or
-  // through other bodies. CleanUp then does not move it.
+  // True if the body was pressed against an obstacle, directly or through other bodies, in the most
+  // recent step of RigidWorld. CleanUp then does not move it.
   bool supported = false;
   // Velocity [m/s] and angular velocity [rad/s] that belong to `end` before any correction.
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int n_sides = 4;  // a triangle repeats its first side
-// Lane 4 k + i of the packs contains coordinate k of side i. Four lanes are unused.
+// Lane 4 k + i of the packs contains coordinate k of the normal of side i. Four lanes are unused.
 constexpr int n_packs = 2;
 
 struct Polygon {
@@ -100,7 +100,7 @@ LOOMSTONE_INLINE std::array<double, 4> volume_over(const double* c, double low, 
 }
 
 struct Sides {
-  unsigned positive, negative;  // bit 4 k + i: coordinate k of side i has this sign throughout
+  unsigned positive, negative;  // bit 4 k + i: coordinate k of normal i has this sign throughout
 };
 
 template <class Lanes>

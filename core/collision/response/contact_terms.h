@@ -83,9 +83,10 @@ class ContactTerms {
   // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. If a
   // contact has pulled, its normal stiffness is the secant stiffness up to the larger of two gaps:
   // that after `displacement` and that after the predicted motion. With `keep_normal`, normal
-  // forces change only in contacts that have pulled. Returns the sums of ContactError over terms
-  // that count. The error refers to the forces that `terms` had before the call. `inverse_mass` of
-  // cloth rows [1/kg] is used to predict the slip of contacts whose friction was too large.
+  // forces change only in contacts that have pulled, and these contacts have no friction. Returns
+  // the sums of ContactError over terms that count. The error refers to the forces that `terms` had
+  // before the call. `inverse_mass` of cloth rows [1/kg] is used to predict the slip of contacts
+  // whose friction was too large.
   ContactError forces_after(const Team& team, const Points& displacement, double time,
                             const Vector& inverse_mass, bool keep_normal, ExtraTerms& terms) const;
 

@@ -37,8 +37,8 @@ class AttachedBodies {
   Index size() const { return static_cast<Index>(bodies_.size()); }
   // Body to which a vertex is attached; -1: none.
   Index body_of(Index vertex) const { return body_of_.empty() ? -1 : body_of_[vertex]; }
-  // Gives each body and all vertices attached to it the finest level of these vertices. A body
-  // without vertices gets level 0.
+  // Gives each body and all vertices attached to it the finest level (nested_steps.h) of these
+  // vertices. A body without vertices gets level 0.
   void share_levels(std::vector<std::uint8_t>& vertex_levels);
 
  private:

@@ -39,10 +39,10 @@ class ElementSteps {
   // lambda <= s^2 lambda_0 + gamma t and delta <= s^2 delta_0, where s >= 1 is the largest stretch,
   // t [N/m] is the largest tension, and gamma is the largest eigenvalue that a unit of tension
   // adds. delta_0 is the value at rest. lambda_0 is the eigenvalue at rest plus the largest
-  // eigenvalue that the stiff phases of the limit modes add. These are the phases entered at x, or
-  // at the positions that v predicts after the longest step at rest. With a limit potential, steps
-  // are so short that no strain component is predicted to change by more than 0.1 in a step. The
-  // result is valid until the next call.
+  // eigenvalue that the stiff phases of the limit modes add. Each mode counts as being in the
+  // higher of two phases: that at x, and that at the positions that v predicts after the longest
+  // step at rest. With a limit potential, steps are so short that no strain component is predicted
+  // to change by more than 0.1 in a step. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s], for the strains at the positions x of the last call of at() or
   // first_unstable(). Each limit mode counts as being in the higher of two phases: its phase at

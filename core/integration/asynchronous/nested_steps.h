@@ -1,5 +1,5 @@
-// Steps that are nested in a common interval. A step is the interval divided by a base number and
-// by a power of two. Every event of a level is also an event of all finer levels, and every level
+// Steps that are nested in a common interval. A step of level k is the interval divided by a base
+// number and by 2^k. Every event of a level is also an event of all finer levels, and every level
 // has an event at both ends of the interval.
 #pragma once
 

@@ -15,7 +15,7 @@ ExpandedMesh::ExpandedMesh(std::shared_ptr<const Polyhedron> mesh, double tolera
   }
 }
 
-// Adds J at points inside the magnet, where B = mu0 H + J.
+// Adds the polarization J at points inside the magnet, where B = mu0 H + J.
 void ExpandedMesh::add_polarization(const double* points, Index n, double* field) const {
   for (Index i = 0; i < n; ++i) {
     const Vec3 point(points[i], points[n + i], points[2 * n + i]);

@@ -19,8 +19,8 @@ constexpr double opening = 0.5;
 constexpr int points_a_direction = 3;  // number of sample points in each direction of a panel
 constexpr Index leaf_panels = 32;
 // Clusters that are far apart interact by nodes if there are at most this many pairs of nodes per
-// pair of panels. A pair of nodes is evaluated in every iteration of GMRES, and a pair of panels
-// only once.
+// pair of panels. A pair of nodes is evaluated in every iteration of GMRES. A pair of panels costs
+// more, but is evaluated only once.
 constexpr double most_node_pairs = 2.5;
 
 // Chebyshev nodes in an interval, or one node if the interval has no length.

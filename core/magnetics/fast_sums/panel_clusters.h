@@ -1,7 +1,7 @@
 // Clusters of charged panels, for the field of one body at the panels of another. Between clusters
 // that are far apart, charge and field are interpolated at Chebyshev nodes in their bounding boxes,
 // as in the black-box fast multipole method [FongDarve2009]. A flat box has nodes in one plane.
-// Panels of near clusters interact directly.
+// Panels of near clusters interact directly, and so do panels of far clusters with few panels.
 #pragma once
 
 #include <Eigen/Core>

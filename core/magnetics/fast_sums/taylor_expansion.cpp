@@ -14,7 +14,7 @@ using Trace = TaylorTables::Trace;
 using Shift = TaylorTables::Shift;
 
 constexpr int most_places = 680;  // number of multi-indices up to degree 14
-constexpr int most_slim = 225;    // multi-indices up to degree 14 with a z exponent of at most 1
+constexpr int most_slim = 225;    // number of multi-indices up to degree 14 with z exponent 0 or 1
 
 // Computes x^k / k! for the first `n` multi-indices k in the order of TaylorTables.
 template <class Lanes>

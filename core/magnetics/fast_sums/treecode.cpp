@@ -125,7 +125,7 @@ bool controlled(double tolerance, const PointTree& observers, const std::vector<
 }
 
 // Buffers for the points of a leaf. `own` are the moments at these points. `field` and `gradient`
-// are due to far cells, `near` and `near_force` to near leaves.
+// are due to far cells, `near` (field or gradient) and `near_force` to near leaves.
 struct LeafValues {
   alignas(64) double points[3 * leaf_size], own[3 * leaf_size], field[3 * leaf_size],
       gradient[6 * leaf_size], near[6 * leaf_size], near_force[3 * leaf_size];

@@ -27,10 +27,11 @@ double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
 }
 
 // Converts `difference`, the force on the estimated errors of the charge, into an estimated error
-// of `force`. `gap` is the result of relative_gap(). The charge errors of panels are estimated by
-// comparing two Richardson extrapolations. These estimates exaggerate large errors and miss part of
-// the error near a magnet. The formula was therefore fitted to true errors. In about nine of ten
-// cases, its result is between half and ten times the true error (docs/experiments/magnetics.md).
+// of `force`, the force on the charge. Torque / radius replaces a force if it is larger. `gap` is
+// the result of relative_gap(). The charge errors of panels are estimated by comparing two
+// Richardson extrapolations. These estimates exaggerate large errors and miss part of the error
+// near a magnet. The formula was therefore fitted to true errors. In about nine of ten cases, its
+// result is between half and ten times the true error (docs/experiments/magnetics.md).
 double calibrated(double difference, double force, double gap) {
   if (!(force > 0.0)) return difference;
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);
@@ -90,9 +91,9 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
   return result;
 }
 
-// Returns the estimated error of `force`, the force between a sphere with induced charge and
-// another body, due to the truncation of the sphere's series [N]. The error is 0 for two such
-// spheres, whose charges are smoother than those beside a magnet.
+// Returns the estimated error of `force`, the force (or torque / radius) between a sphere with
+// induced charge and another body, due to the truncation of the sphere's series [N]. The error is 0
+// for two such spheres, whose charges are smoother than those beside a magnet.
 //
 // The decay that the coefficients show is used only if the series has converged or the user has
 // chosen a low degree. If it has not converged, even most of the force can be missing. The error is

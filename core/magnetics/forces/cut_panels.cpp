@@ -50,8 +50,9 @@ struct Curve {
   Vec3 nearest;
 };
 
-// The cuts of a disc: curves, and the azimuths at which they cross each other or the boundaries of
-// the disc [rad]. Curves keep their order along the radius between neighbouring azimuths.
+// The cuts of a disc: curves, and azimuths [rad]. These are the azimuths at which curves cross each
+// other or the boundaries of the disc, and those of the directions of straight lines. Curves keep
+// their order along the radius between neighbouring azimuths.
 class DiscCuts {
  public:
   explicit DiscCuts(const Panel& whole)

@@ -38,7 +38,7 @@ struct KnownField {
 
 // Returns the wrench on every body exerted by all others. With the same exceptions as for
 // magnetic_wrench(), the estimated error of each pair is at most `tolerance` times the largest of
-// these: the pair's own force and torque / radius, and all forces that a rough first pass finds.
+// these: the pair's own force and torque / radius, and all forces known after a rough first pass.
 // Bodies with a single dipole, such as hard spheres, interact by one direct sum. The forces between
 // them and any other body follow from the field of the other body at all these dipoles. Results do
 // not depend on the number of threads or on `known`, whose fields are not computed again. `carrier`

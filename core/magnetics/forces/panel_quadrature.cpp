@@ -189,7 +189,8 @@ struct Subdivision {
 };
 
 // Integrates over all panels. Bisects leaves whose error exceeds half of an equal share of the
-// tolerated error, until the total error meets the tolerance or most_evaluations is exceeded.
+// tolerated error, until the total error meets the tolerance or most_evaluations is exceeded. Cuts
+// panels with more than most_uncut_parts leaves.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
   Subdivision all{integrand, tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10, integrand.panels};
   for (std::size_t p = 0; p < integrand.panels.size(); ++p) {

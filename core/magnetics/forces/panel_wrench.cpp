@@ -18,9 +18,9 @@ void add_force(const Vec3& position, double charge, const Vec3& field, Wrench& s
   sum.torque += position.cross(force);
 }
 
-// Forces that one grid of the body `by` exerts on one grid of the body `on`. The charges mu0 sigma
-// [T] are in the order of the clusters. For each set of charges on `on`, `sums` contains the
-// contribution of these grids to the wrench, times mu0 and GridPair::share.
+// Forces and torques that one grid of the body `by` exerts on one grid of the body `on`. The
+// charges mu0 sigma [T] are in the order of the clusters. For each set of charges on `on`, `sums`
+// contains the contribution of these grids to the wrench, times mu0 and GridPair::share.
 struct GridWrenches {
   const PanelClusters &on, &by;
   const RigidPose& pose;  // pose of `on` in the axes of `by`

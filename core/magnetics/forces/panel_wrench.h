@@ -1,8 +1,8 @@
-// Forces between two bodies with N uniformly charged panels, in O(N log N) time. The field of one
-// body is evaluated at the other: at its sample points for near panels, and at the nodes of its
-// clusters for far clusters; see panel_clusters.h. If each grid of one body interacts only with the
-// corresponding grid of the other (interacting_grids()), Richardson extrapolation is applied to the
-// force.
+// Forces and torques between two bodies with N uniformly charged panels, in O(N log N) time. The
+// field of one body is evaluated at the other: at its sample points for near panels, and at the
+// nodes of its clusters for far clusters; see panel_clusters.h. If each grid of one body interacts
+// only with the corresponding grid of the other (interacting_grids()), Richardson extrapolation is
+// applied to force and torque.
 #pragma once
 
 #include <optional>

@@ -151,8 +151,8 @@ struct PlacedMagnet {
   const Carrier& carrier;
 };
 
-// Returns an upper bound of the amount by which the forces between two magnets raise the squared
-// angular frequency of each of their carriers [1/s^2].
+// Returns an upper bound of the amount by which the forces and torques between two magnets raise
+// the squared angular frequency of each of their carriers [1/s^2].
 double pair_frequency2(const PlacedMagnet& a, const PlacedMagnet& b) {
   const double turning = (a.magnet.soft_sphere ? 0.0 : a.carrier.inverse_inertia) +
                          (b.magnet.soft_sphere ? 0.0 : b.carrier.inverse_inertia);

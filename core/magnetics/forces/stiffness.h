@@ -1,11 +1,12 @@
 // Upper bounds of the frequencies at which magnetic forces make bodies oscillate. An explicit
 // integrator must resolve these frequencies. A solid magnet is approximated by dipoles at the
 // centres of up to 64 equal parts of its bounding box. A loop or solenoid is treated as a magnet
-// that fills its bore and is at least one radius long. A polyline counts as one part of size
-// Source::radius(), with a dipole at its origin. At a distance r, the force between two dipoles
-// with moments m and m' changes by at most 24 mu0/4pi m m' / r^5 per displacement, and the torque
-// by at most 2 mu0/4pi m m' / r^3 per angle. If r is less than the mean size of the two parts that
-// the dipoles represent, this mean size replaces r.
+// that fills its bore and is at least one radius long. Point dipoles and cells keep their dipoles.
+// A polyline counts as one part of size Source::radius(), with a dipole at its origin. At a
+// distance r, the force between two dipoles with moments m and m' changes by at most
+// 24 mu0/4pi m m' / r^5 per displacement, and the torque by at most 2 mu0/4pi m m' / r^3 per angle.
+// If r is less than the mean size of the two parts that the dipoles represent, this mean size
+// replaces r.
 #pragma once
 
 #include <memory>

@@ -36,13 +36,13 @@ Induction induce(const Team& team, const std::vector<SoftBody>& soft,
 // the body with saturation is that of the energy U(c) + g(c) if g'(c) = -U'(c). With
 // H = M_s (1/c - 1/chi), the function returns
 //   g(c) = -mu0 M_s^2 V / (2 c) (1 - r^2 + 2 r ln r),   r = c / chi.
-// It returns 0 for a body without saturation.
+// It returns 0 for a body without saturation and for infinite c.
 double saturation_energy(const SoftBody& body, double effective);
 
 // Throws InvalidInput if a soft body overlaps another soft body or a magnet. Two bodies overlap if
 // a sample of the soft body lies inside the other body, or if the centre or a dipole of the other
-// body lies inside the soft body. Currents are not checked. The message names both bodies. `names`
-// contains the names of the soft bodies, followed by those of the hard ones.
+// body lies inside the soft body. Bodies may touch. Currents are not checked. The message names
+// both bodies. `names` contains the names of the soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 

@@ -267,7 +267,9 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
                  {},
                  {}};
   check_cells(cells, "cylinder");
-  constexpr double thinnest = 0.02;  // limit [radii]; panels would be far wider than a thinner wall
+  // Smallest allowed height and wall thickness [radii]. Panels would be far wider than a thinner
+  // wall.
+  constexpr double thinnest = 0.02;
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
     fail<Unsupported>(
         "height and wall must be at least {} m, a fiftieth of the radius of a cylinder that "

@@ -69,9 +69,9 @@ class ChargedPanels final : public Source {
   struct Fine {
     Vector at_samples;  // mu0 times the additional charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
-    Vector charges;  // mean of mu0 sigma on each part [T]
-    // Samples of the whole charge on the parts, including its mean. Each part has the same number
-    // of samples.
+    Vector charges;  // mean of the additional mu0 sigma on each part [T]
+    // Samples of the additional charge on the parts, including its mean. Each part has the same
+    // number of samples.
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown

@@ -225,7 +225,7 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The field of a dipole on an axis through the centre gives coefficients proportional to
+// The field of a dipole that points to the centre gives coefficients proportional to
 // (l + 1) exp(-x l / 2), where x is SeriesEnd::decay. Degrees near the last one, d, are not used,
 // because sampling adds the term of degree 2 d + 2 - l to the coefficients of degree l.
 SeriesEnd HarmonicSphere::series_end() const {

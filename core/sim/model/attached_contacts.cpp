@@ -19,7 +19,8 @@ namespace {
 // its vertex yields towards the body.
 constexpr double share_of_start = 0.75;
 // Smallest contact distance as a multiple of CollisionModel::gap_floor, the largest gap that
-// certification keeps. Our choice: contacts need room to stop features before they reach this gap.
+// certification keeps open. Our choice: contacts need room to stop features before they reach this
+// gap.
 constexpr double least_floors = 10.0;
 
 // Smallest distance at the start between a body, given by its surface, and the features that

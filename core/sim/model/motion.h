@@ -32,7 +32,8 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
 // set, because obstacles reach these only in later steps. Poses that steps have reached are in
 // RigidState::manifolds.
 // obstacle_places() returns only the poses of all obstacles at `time`, and the vertices of those
-// with Obstacle::vertex_positions. There, a pose that the user has set replaces the keyframes.
+// with Obstacle::vertex_positions. There, a pose that the user has set replaces the keyframes or
+// vertex_positions.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

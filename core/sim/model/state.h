@@ -70,8 +70,8 @@ struct State : SteppedState {
   double target_time = 0.0;
   std::vector<std::uint8_t> pin_override;  // (n) 1: a target is set, which replaces the script
   Points pin_target;                       // (n x 3) positions [m]; no rows: zero
-  // One pose per obstacle, which replaces the keyframes where pose_override is 1. Positions are in
-  // [m], and orientations are quaternions (w, x, y, z).
+  // One pose per obstacle, which replaces its keyframes or vertex_positions where pose_override is
+  // 1. Positions are in [m], and orientations are quaternions (w, x, y, z).
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;

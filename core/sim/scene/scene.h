@@ -88,7 +88,7 @@ struct Obstacle {
   double friction = 0.3;
   double thickness = 0.0;
   std::vector<double> times;  // times of keyframes or vertex_positions, ascending [s]
-  Points positions;           // (times x 3) positions of the mesh's origin [m]
+  Points positions;           // (times x 3) positions of the mesh's origin [m]; empty: zero
   Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: no rotation
   Points vertex_positions;    // (times * n x 3) vertex positions [m], in place of keyframes
   bool floor = false;         // rendered as ground

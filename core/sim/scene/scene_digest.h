@@ -15,7 +15,7 @@ namespace loomstone {
 // their defaults. The integrator's method has a hash unless it is the default method. Looks have no
 // hash. The keys are names of fields, such as "scene.gravity".
 // Floating-point numbers are hashed in single precision, and magnitudes below 1e-12 as zero,
-// because the last digits of sines may differ between machines.
+// because the last digits of computed numbers, such as sines, may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
 // Collective. Throws InvalidInput on all ranks if the digests of any rank differ from those of rank

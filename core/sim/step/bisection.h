@@ -2,8 +2,8 @@
 // A part fails if the solver finds no solution, if certification leaves impacts, or if strain
 // limits that are satisfied at its start are exceeded at its end. It also fails if certification
 // and fallbacks, or fallbacks alone, withhold too much motion (see PartResult). A part whose error
-// is too large, or which creates too much energy or loses work of scripts, is repeated with a
-// shorter length.
+// is too large, or which creates too much energy or loses too much of the work of scripts, is
+// repeated with a shorter length.
 #pragma once
 
 #include <cstdint>

@@ -16,15 +16,15 @@ namespace {
 // tolerance, errors of the solves would add 15 % to the energy of a free strip of 1e5 N/m and 0.03
 // kg/m^2 that spins for 6 s, and 24 % to that of a pendulum on such a strip. Shorter parts would
 // not prevent this. With contacts, this function is not used and the factor is 1: contacts may
-// cause the gain, and with tighter solves, curtains hook into pins that jump through the cloth.
+// cause the gain, and with tighter solves, pins that jump through a curtain catch it more often.
 double tolerance_factor(double gain) {
   return std::pow(10.0, -std::floor(std::clamp(4.0 * gain, 0.0, 3.0)));
 }
 
-// Further factor on the tolerance of linear solves [1] with the linearised midpoint rule and BDF-2,
-// in parts without contacts that these schemes do not take by backward Euler. Our choice: with the
-// default tolerance and factors of 1 and 0.1, a pendulum on a strip of 1e5 N/m and 0.03 kg/m^2
-// would swing with a period that is 5 % and 4 % too long, respectively.
+// Further factor on the tolerance of linear solves [1] with the linearised midpoint rule and BDF-2.
+// It applies to parts that have no contacts and that these schemes do not take by backward Euler.
+// Our choice: with the default tolerance, a pendulum on a strip of 1e5 N/m and 0.03 kg/m^2 would
+// swing with a period that is 5 % too long with a factor of 1, and 4 % with a factor of 0.1.
 constexpr double undamped_factor = 0.01;
 
 Elasticity::LimitPhaseScope limit_phase(const StepContext& part, const NearContacts& near,

@@ -1,5 +1,5 @@
 // Third stage of a part of a step: the integrator advances the cloth. An implicit solve includes
-// attachments and, depending on the options, contacts and strain limits.
+// attachments, untangling and, depending on the options, contacts and strain limits.
 #pragma once
 
 #include "core/sim/step/near_contacts.h"

@@ -29,8 +29,8 @@ struct Mode {
   double excess, margin;
 };
 
-// Kinetic energy of masses to which the fraction s of given changes of velocity is applied:
-// before + s linear + s^2 square [J].
+// Kinetic energy of vertices and bodies to which the fraction s of given changes of velocity is
+// applied: before + s linear + s^2 square [J].
 struct KineticEnergy {
   double before = 0.0, linear = 0.0, square = 0.0;
 
@@ -199,7 +199,7 @@ class Constraining {
   }
 
   // Reduces the changes of velocity that follow from the corrections of a certification if these
-  // changes would increase the kinetic energy of the vertices and bodies that certification moved.
+  // changes would give too much kinetic energy to the vertices and bodies that certification moved.
   // In a very short part, the correction of a small gap would give them large velocities. Used only
   // in scenes with strain limits, whose parts become very short. The kinetic energy may rise to the
   // value at which all moved vertices and bodies have the speed of the fastest scripted vertex. All

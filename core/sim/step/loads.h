@@ -1,5 +1,5 @@
 // First stage of a part of a step: finds the positions and forces at its start. For its end, finds
-// the positions of scripted pins and obstacles, and predicts the velocities of bodies.
+// the positions of prescribed vertices and obstacles, and predicts the velocities of bodies.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,8 @@ struct Loads {
   // vertex is prescribed.
   Points v0, target;
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
-  OwnRows force;  // gravity, drag and user forces at the start, in cloth rows of this rank [N]
+  // Sum of gravity, drag and user forces on cloth at the start, in the rows of this rank [N].
+  OwnRows force;
   // Tables of 2 b rows have two rows for each of the b bodies: translation and rotation.
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
@@ -40,7 +41,8 @@ struct Rows {
 // Returns the cloth rows that this rank owns.
 Rows own_cloth_rows(const Engines& engines);
 
-// Sets `force` [N] to the gravity, drag and user forces at `time` [s] in the cloth rows `rows`.
+// Sets `force` [N] to the sum of gravity, drag and user forces at `time` [s] in the cloth rows
+// `rows`.
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        RowsOut force);
 

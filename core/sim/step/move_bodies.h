@@ -1,5 +1,5 @@
 // Fourth stage: moves the rigid bodies under gravity, magnetic forces, the user's forces, impulses
-// from the cloth, and contacts with bodies and obstacles.
+// from the cloth, contacts with bodies and obstacles, and the constraints of bearings.
 #pragma once
 
 #include "core/sim/step/integrate.h"

@@ -22,7 +22,8 @@ struct StepContext {
   double share = 1.0;
   int length = 0;          // length of the part [1/64 step]
   bool automatic = false;  // true: part of an automatic step
-  // Cases in which an attempt at the part is repeated with a shorter length.
+  // Cases in which an attempt at the part is repeated with a shorter length; `saves_work` has an
+  // effect only in implicit Euler schemes.
   bool divisible = true;   // true: repeated if the error of the attempt is too large
   bool halvable = true;    // true: repeated if it creates too much energy (implicit schemes)
   bool saves_work = true;  // true: repeated if it loses too much of the work of scripts

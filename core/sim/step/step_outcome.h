@@ -34,7 +34,8 @@ struct StepOutcome {
   std::vector<std::array<Index, 2>> forced;
 };
 
-// The outcome before an attempt at a part, for return_to() if the part is repeated.
+// StepOutcome::report and StepOutcome::contact before an attempt at a part, for return_to() if the
+// part is repeated.
 struct OutcomeMark {
   StepReport report;
   std::vector<std::uint8_t> contact;
@@ -52,8 +53,8 @@ struct RankWork {
   Traffic traffic;
 };
 
-// Returns the work of this rank in a step that took the wall time `wall` [s] and began with the
-// traffic `before`. The times of collision handling are those of `report`.
+// Returns the times and the traffic of this rank in a step that took the wall time `wall` [s] and
+// began with the traffic `before`. The times of collision handling are those of `report`.
 RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,
                       const RankReport& report);
 

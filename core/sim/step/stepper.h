@@ -1,5 +1,6 @@
-// Takes one step as a sequence of stages. After a step that allows a checkpoint, Model, State and
-// the options determine all later results, so the stepper can then be replaced by a new one.
+// Takes one step, in one or several parts. Each part is a sequence of stages. After a step that
+// allows a checkpoint, Model, State and the options determine all later results, so the stepper can
+// then be replaced by a new one.
 #pragma once
 
 #include "core/parallel/thread_choice.h"

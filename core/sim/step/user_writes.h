@@ -28,8 +28,9 @@ class UserWrites {
   // If watching(), throws InvalidInput for the first invalid entry. Otherwise, only setters can
   // have written, and they have checked their values.
   void check(const Model& model, const State& state) const;
-  // If users have written anything on any rank, gathers every row from the rank that owns it, and
-  // broadcasts overrides, poses, the target time, and the forces and torques on bodies from rank 0.
+  // If users have written anything on any rank, gathers the positions and velocities of cloth, the
+  // forces on it and the targets of pins from the ranks that own their rows. Also broadcasts
+  // overrides, poses, the target time, and the forces and torques on bodies from rank 0.
   // If watching(), Table always counts as written. Returns the Kind that counts for the data
   // written on all ranks, and forgets it. Collective.
   Kind settle(const RowLayout& layout, State& state);

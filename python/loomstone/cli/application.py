@@ -118,7 +118,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(code) from None
         if isinstance(error, BrokenPipeError):
-            # Python flushes standard output once more when it exits.
+            # Python flushes standard output once more when it exits. The null device accepts this.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(1) from None
         fail(_sentence(failure), code)

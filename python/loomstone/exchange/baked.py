@@ -29,8 +29,8 @@ def read_parts(
 
     Raises CacheError if the file cannot be read, and Unsupported if the package for its format is
     missing or the file requires an unknown glTF extension. Raises InvalidInput if the file has no
-    visible mesh, if the animation is missing or ambiguous or has too many samples, or if the data
-    of a mesh are invalid.
+    visible mesh, if animations of a USD file are named, if the animation is missing or ambiguous or
+    has too many samples, or if the data of a mesh are invalid.
     """
     if not path.is_file():
         raise CacheError(f"{path}: cannot be read: there is no such file")

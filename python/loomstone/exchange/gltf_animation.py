@@ -58,7 +58,10 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
 
 
 def value_at(channel: Channel, time: float) -> Floats:
-    """Returns the value of a channel at a time [s], constant beyond its first and last keyframe."""
+    """Returns the value of a channel at a time [s].
+
+    It is constant before the first keyframe and after the last.
+    """
     times, values = channel.times, channel.values
     cubic = channel.interpolation == "CUBICSPLINE"
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))

@@ -1,7 +1,7 @@
 """Reads USD files in a separate process.
 
 usd-core prints warnings, and damaged files can crash the process that reads them. This module hides
-the warnings, and reports a crash as a CacheError of one sentence.
+these warnings, and reports a crash as a CacheError of one sentence.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 def read_usd_apart(
     path: Path, rate: float | None, *, moving: bool, with_uv: bool
 ) -> tuple[list[Part], Floats]:
-    """Reads a file as usd_reader.read_usd does, and raises the same errors.
+    """Reads a file as usd_reader.read_usd does, with the same errors and the same SceneWarnings.
 
     Also raises CacheError if the process fails or crashes. An unexpected error in read_usd raises a
     RuntimeError whose message is the traceback.

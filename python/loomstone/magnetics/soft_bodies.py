@@ -61,16 +61,16 @@ def soft_cuboid(
     susceptibility: chi = mu_r - 1 [1], at least -1 and not 0. chi = inf is ideal iron, and chi = -1
     is a superconductor. saturation: mu0 M_s [T], 0: none; see `induce`.
 
-    cells: panels of the finest grid along the shortest edge, a multiple of 4 from 8 to 48. Longer
-    edges can have more panels (an edge ten times as long: up to four times as many). Panels are
-    finer towards the edges, where the charge is singular. The responses of three grids are
-    extrapolated. If the edges are in a ratio of at most 10 : 5 : 1 and the gap to the magnet is at
-    least a tenth of the shortest edge, the relative error of force and torque is below 1e-3 with 16
-    cells and 1e-4 with 24. The median errors are 1e-5 with 16 cells and 4e-6 with 24, and `force`
-    estimates the error of each result. Between flat cuboids that magnetise each other, the error
-    with 16 cells reaches 2.2e-3 at a gap of 0.1 times the shortest edge, and is below 1e-3 at gaps
-    of at least 0.3 times this edge. If edges have larger ratios, panels grow towards the middle,
-    and a magnet there requires a focus. threads as in the function `field`.
+    cells: number of panels of the finest grid along the shortest edge, a multiple of 4 from 8 to
+    48. Longer edges can have more panels (an edge ten times as long: up to four times as many).
+    Panels are finer towards the edges, where the charge is singular. The responses of three grids
+    are extrapolated. If the edges are in a ratio of at most 10 : 5 : 1 and the gap to the magnet is
+    at least a tenth of the shortest edge, the relative error of force and torque is below 1e-3 with
+    16 cells and 1e-4 with 24. The median errors are 1e-5 with 16 cells and 4e-6 with 24, and
+    `force` estimates the error of each result. Between flat cuboids that magnetise each other, the
+    error with 16 cells reaches 2.2e-3 at a gap of 0.1 times the shortest edge, and is below 1e-3 at
+    gaps of at least 0.3 times this edge. If edges have larger ratios, panels grow towards the
+    middle, and a magnet there requires a focus. threads as in the function `field`.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
@@ -111,13 +111,13 @@ def soft_cylinder(
     susceptibility: chi = mu_r - 1 [1], at least -1 and not 0.
     saturation: mu0 M_s [T], 0: none; see `induce`.
 
-    cells: rows of panels of the finest grid along the side, a multiple of 4 from 8 to 24 (slender
-    cylinders have up to eight times as many). A row of the side has four times `cells` panels.
-    Panels are finer towards the rims, where the charge is singular. The responses of three grids
-    are extrapolated. With 8 cells, the relative error of the moment is 1e-4 if height and diameter
-    are about equal. It is 1e-3 if one of them is ten times the other, or if the wall of a ring is
-    half its radius. It reaches 5e-2 (2e-3 with 20 cells) if the height or the wall is a tenth of
-    the radius or less. threads as in the function `field`.
+    cells: number of rows of panels of the finest grid along the side, a multiple of 4 from 8 to 24
+    (slender cylinders have up to eight times as many). A row of the side has four times `cells`
+    panels. Panels are finer towards the rims, where the charge is singular. The responses of three
+    grids are extrapolated. With 8 cells, the relative error of the moment is 1e-4 if height and
+    diameter are about equal. It is 1e-3 if one of them is ten times the other, or if the wall of a
+    ring is half its radius. It reaches 5e-2 (2e-3 with 20 cells) if the height or the wall is a
+    tenth of the radius or less. threads as in the function `field`.
 
     Raises Unsupported if the height or the wall is less than a fiftieth of the radius, and
     InvalidInput for more than 8,000 panels. The linear system is factored here, for all poses and

@@ -1,6 +1,6 @@
 """Meshes of solids and of the square floor.
 
-The funnel and the wave bar are not centred at the origin.
+They are centred at the origin, except the funnel and the wave bar; see funnel() and wave_bar().
 """
 
 from __future__ import annotations
@@ -64,7 +64,8 @@ def wave_bar(
 ) -> TriangleMesh:
     """Bar along y with hemispherical ends; lengths in [m].
 
-    Its centre line is z = amplitude cos(2 pi y / wavelength). `length` does not include the ends.
+    Its centre line is z = amplitude cos(2 pi y / wavelength) for |y| <= length / 2. `length` does
+    not include the ends.
     """
     return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
 

@@ -54,7 +54,8 @@ def baked(
     extra `usd`, glTF the extra `gltf`.
 
     Raises CacheError if the file cannot be read, Unsupported if the extra is not installed, and
-    InvalidInput if none of the meshes used moves or an argument is invalid.
+    InvalidInput if the file has no valid visible mesh, if none of the meshes used moves, or if an
+    argument is invalid.
 
     >>> walker = baked("walker.glb", parts=["Body"], animation="Walk")   # doctest: +SKIP
     """

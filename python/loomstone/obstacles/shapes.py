@@ -264,8 +264,8 @@ def wave_bar(
 ) -> Obstacle:
     """Bar along y with hemispherical ends; lengths in [m].
 
-    Its centre line is z = amplitude cos(2 pi y / wavelength), relative to `centre`. `length` does
-    not include the ends.
+    Its centre line is z = amplitude cos(2 pi y / wavelength) for |y| <= length / 2, relative to
+    `centre`. `length` does not include the ends.
     """
     surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments

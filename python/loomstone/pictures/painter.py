@@ -46,7 +46,7 @@ class Painter:
     lines : number of field lines, 0: none
     simulation : simulation of the scene, which provides the magnets; needed for field lines
     value_ranges : for each field of color_by, the (minimum, maximum) that automatic colours span;
-        None: each frame has its own range
+        None: the extremes in each frame, and 0 to 2 for the field contact
     """
 
     def __init__(

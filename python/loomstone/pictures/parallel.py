@@ -100,7 +100,8 @@ def plot_parallel(
 
     path : path of the picture; its suffix selects the format, and is .png by default
 
-    Raises InvalidInput if there are no runs, or if the runs differ in their number of frames.
+    Raises InvalidInput if there are no runs or if the runs differ in their number of frames,
+    CacheError if the picture cannot be written, and Unsupported without matplotlib.
     """
     groups = _grouped(runs)
     alone = next((group for group in groups if group.ranks == 1), None)

@@ -57,7 +57,7 @@ def write_passes(
     progress : function called with the number of frames finished since its last call
 
     Raises InvalidInput for an unknown pass or an index out of range, CacheError if the run has no
-    frames, and Unsupported without the package OpenEXR.
+    frames or the directory cannot be made, and Unsupported without the package OpenEXR.
     """
     check_frames(run, frames)
     if unknown := [name for name in passes if name not in PASSES]:

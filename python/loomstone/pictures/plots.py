@@ -173,7 +173,7 @@ def _stretch(axes: Any, steps: Steps) -> None:
 
 
 def _strain(axes: Any, steps: Steps) -> None:
-    """Plots the largest strain in each direction and its excess over limits.
+    """Plots the largest weft, warp and shear strain, each with its largest excess over the limit.
 
     The number of sweeps of strain limiting is plotted on a second axis.
     """

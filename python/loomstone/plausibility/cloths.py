@@ -13,16 +13,16 @@ from .surfaces import item
 
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
-# Thresholds beyond which values are implausible. All are our choice.
-AREAS = 1.2  # largest ratio between rest area and area at the start, and largest stretch
+# Limits of plausible values, and numbers by which mistakes are recognised. All are our choice.
+AREAS = 1.2  # largest ratio between start and rest, in either direction, of areas and of lengths
 LARGEST = 30.0  # largest extent of a cloth [m]
-SQUARE = 1e-3  # largest distance of the bounds of texture coordinates from 0 and 1
+SQUARE = 1e-3  # uv fill the unit square if their bounds differ from 0 and 1 by at most this
 GAP = 0.5  # smallest initial gap between cloth and a surface, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
 LIMIT = 2.0  # smallest implausible strain limit; infinity means no limit [1]
 PULLED = 1.1  # largest distance between adjacent scripted pins, as a multiple of that at the start
-SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units of uv in patterns [m]
+SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units [m] in which uv are often given
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ __all__ = ["Surface", "item", "overlapping_pairs", "start_surfaces"]
 
 Floats = NDArray[np.float64]
 
-# Surfaces overlap if they still intersect after each has shrunk about its centre by this fraction
-# of its size. The value is our choice. It excludes surfaces that touch, and round surfaces that
-# intersect only because their meshes have flat facets.
+# Surfaces that intersect count as overlapping if they still intersect after each has shrunk about
+# its centre by this fraction of its size. The value is our choice. It excludes surfaces that touch,
+# and round surfaces that intersect only because their meshes have flat facets.
 SHRINKAGE = 0.02
 # Largest number of surfaces that are tested for intersections, to bound the time of the test.
 MOST_TESTED = 1000

@@ -159,11 +159,12 @@ class Run:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Options of the run and, after `loomstone run`, the scene file and its parameters.
+        """Options of the run, its magnets and coils, a digest of scene and integrator and, after
+        `loomstone run`, the scene file and its parameters.
 
         Empty for files of other programs. The duration is the longest that was given so far, and
-        `control` tells whether a control function was ever given. Raises CacheError if
-        extension.json cannot be read.
+        `control` tells whether a control function was ever given; if one was given at the start, a
+        random number replaces the digest. Raises CacheError if extension.json cannot be read.
         """
         try:
             content = json.loads(self._reader.metadata or "{}")

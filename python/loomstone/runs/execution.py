@@ -48,8 +48,8 @@ def execute(
     """Advances a Simulation to the end of its run and returns the report.
 
     All ranks must call this function. Only rank 0 writes files, and only its report contains values
-    computed from them. Raises Interrupted if a signal ends the run, and CacheError if another
-    process writes a run into the directory.
+    computed from them. Raises Interrupted if a signal ends the run, and CacheError if the directory
+    cannot be used, for example while another process writes a run into it.
 
     control : function called with the simulation before every step
     farewell : sentence that rank 0 prints if the run ends early, as last_words.py describes
@@ -155,9 +155,9 @@ def _metadata_text(
 ) -> str:
     """Returns the metadata as JSON, with options that a resumed run keeps.
 
-    The metadata include the magnets of the scene, from which field lines are drawn, and a digest of
-    scene and integrator, by which pictures of another run are recognised. With a control function,
-    a random number takes the place of the digest, because the function may do anything.
+    The metadata include the magnets and coils of the scene, from which field lines are drawn, and a
+    digest of scene and integrator, by which pictures of another run are recognised. With a control
+    function, a random number takes the place of the digest, because the function may do anything.
     """
     described = digest_of(simulation.scene, simulation.integrator)
     kept = {

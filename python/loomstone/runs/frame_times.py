@@ -64,7 +64,10 @@ def time_of_frame(index: int, rate: float, time: float) -> float:
 
 
 def told_of_part_frame(duration: float, rate: float) -> str:
-    """Returns a message if a duration is not a whole number of frames, or else an empty string."""
+    """Returns a message if a duration is not a whole number of frames, or else an empty string.
+
+    A positive duration that counts as 0 frames also gets a message.
+    """
     whole = frame_count(duration, rate) - 1
     if _whole(duration * rate) and (whole > 0 or duration == 0):
         return ""
@@ -76,7 +79,7 @@ def told_of_part_frame(duration: float, rate: float) -> str:
 
 
 def warn_of_part_frame(duration: float, rate: float, stacklevel: int = 1) -> None:
-    """Warns with SceneWarning if a duration is not a whole number of frames.
+    """Warns with SceneWarning of a duration for which told_of_part_frame() returns a message.
 
     stacklevel : 1 if the line to blame is in the caller of this function, 2 if it is in the
         caller's caller, and so on

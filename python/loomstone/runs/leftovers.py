@@ -1,7 +1,8 @@
 """Files that a run leaves if it is killed while it writes its first file, run.vtkhdf.
 
-run.vtkhdf and bodies.vtkhdf are created under the names in PARTS. They get their final names before
-a new frame is written.
+run.vtkhdf and bodies.vtkhdf are created under the names in PARTS. They are renamed before the
+process writes its first new frame. If a run is resumed, its stored frames are copied into the new
+files before these are renamed.
 """
 
 from __future__ import annotations

@@ -33,8 +33,8 @@ COLUMNS = (  # columns of steps.csv that read_parallel() reads
 def read_parallel(directory: str | os.PathLike[str]) -> ParallelRun:
     """Returns how the ranks of a run shared its work, and any predictions of `loomstone replay`.
 
-    Raises CacheError if the run has not ended, or if its steps.csv, report.json or run.vtkhdf is
-    missing or cannot be used.
+    Raises CacheError if the run has not ended, if its steps.csv, report.json or run.vtkhdf is
+    missing, or if one of these files or replay.csv cannot be used.
     """
     path = Path(directory)
     steps, report = read_steps(path), _report(path)

@@ -255,7 +255,7 @@ def _text(value: Any) -> str:
 def _of_union(value: Any, kinds: Sequence[Any]) -> Any:
     """Returns `value` as read by the first type that accepts it.
 
-    Types that convert values are tried last: int for a float, and str, which accepts any text.
+    Two types are tried last: int if the value is a float, and then str, which accepts any text.
     """
     decimal = type(value.value if isinstance(value, Given) else value) is float
     for kind in sorted(kinds, key=lambda kind: (kind is str, kind is int and decimal)):

@@ -80,9 +80,10 @@ class _Counts:
         print(line, flush=True)
 
     def status(self, time_reached: float) -> str:
-        """Returns `time_reached` [s], steps per second of wall time, contacts and largest stretch.
+        """Returns the text of a progress line: simulated time, steps per second of wall time,
+        contacts and largest stretch.
 
-        The result is the text of a progress line.
+        time_reached : the simulated time [s]
         """
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
         report = self._report

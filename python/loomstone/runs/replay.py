@@ -132,7 +132,8 @@ def replay(
 
     observer : function called with the path of each motion before the motion is measured
 
-    Raises CacheError if no motions were recorded.
+    Raises CacheError if no motions were recorded or if a file is not a recorded motion, and OSError
+    if a file cannot be read.
     """
     network = network or Network()
     files = motion_files(directory)

@@ -3,13 +3,15 @@
     duration = 1.0                                 # [s]
     rate = 25.0                                    # frames per second
     integrator = ls.SemiImplicitEuler(step=2e-3)
-    render = ls.RenderOptions()                    # optional: options of the pictures
+    render = ls.RenderOptions()                    # options of the pictures
     def scene(triangles: int = 14450) -> ls.Scene: ...
-    def control(sim: ls.Simulation) -> None: ...   # optional: called before every step; must
-                                                   # depend on time and state alone
-    def check(run: ls.Run) -> None: ...            # optional: asserts claims about the frames
+    def control(sim: ls.Simulation) -> None: ...   # called before every step; must depend on time
+                                                   # and state alone
+    def check(run: ls.Run) -> None: ...            # asserts claims about the frames
 
-Each of `duration`, `rate`, `integrator` and `render` may also be a function of the parameters.
+Only scene() is required. By default, the duration is 1 s, the rate 25 frames/s and the integrator
+SemiImplicitEuler(). Each of `duration`, `rate`, `integrator` and `render` may also be a function of
+the parameters.
 
 A scene file is a module: it can import modules in its directory. Relative paths in its code are
 relative to its directory. check() finds the directory of the run in run.directory.

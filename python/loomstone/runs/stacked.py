@@ -27,7 +27,7 @@ def _chooses_frames(first: Any) -> bool:
 
 
 class StoredFrames(Protocol):
-    """The frames of a run. loomstone.Run implements it."""
+    """Interface of an object that contains the frames of a run. loomstone.Run implements it."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Frame: ...

@@ -191,7 +191,9 @@ class Columns(dict[str, NDArray[Any]]):
 
 
 def refuse_sweep(directory: str | os.PathLike[str]) -> None:
-    """Raises CacheError if the directory holds a sweep. The message names a run of it, if any."""
+    """Raises CacheError if a directory is that of a parameter sweep. The message names one of its
+    runs, if there are any.
+    """
     path = Path(directory)
     if not (path / "sweep.json").exists():
         return

@@ -21,7 +21,7 @@ __all__ = ["with_earlier"]
 def with_earlier(points: Sequence[Point], file: SceneFile, out: Path) -> list[Point]:
     """Returns the points and, after them, those that earlier sweeps have finished in `out`.
 
-    A parameter that is missing at some of the points gets its default there.
+    A parameter that is missing at some of the points gets its default there, if it has one.
     """
     own = {point.directory.name for point in points}
     places = sorted(path.parent for path in out.glob("*/log.txt"))
@@ -37,7 +37,7 @@ def with_earlier(points: Sequence[Point], file: SceneFile, out: Path) -> list[Po
 
 
 def _earlier(directory: Path, file: SceneFile) -> Point | None:
-    """Returns the point of a finished run of a scene file; None if there is no such run."""
+    """Returns the point of the run in a directory; None unless it is a finished run of `file`."""
     if not finished(directory):
         return None
     try:

@@ -1,4 +1,5 @@
-"""Runs all points of a sweep: in processes on this machine, or on the workers of a Dask cluster.
+"""Runs all points (combinations of parameters) of a sweep: in processes on this machine, or on the
+workers of a Dask cluster.
 
 Dask distributes tasks to workers on any number of hosts, with and without Slurm, and gives the
 tasks of a lost worker to others, which resume them.

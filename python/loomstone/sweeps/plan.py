@@ -31,7 +31,8 @@ __all__ = [
 
 MOST_POINTS = 100_000
 _LONGEST_NAME = 120  # longest name without a hash; file systems allow 255 bytes
-_QUOTED = re.compile(r"""('|")(?:\\.|(?!\1).)*\1(?=,|$)""")  # a piece that is a string literal
+# A string literal that is followed by a comma or by the end of the text.
+_QUOTED = re.compile(r"""('|")(?:\\.|(?!\1).)*\1(?=,|$)""")
 
 
 @dataclass(frozen=True)
@@ -199,8 +200,8 @@ def _digest(parameters: dict[str, Any]) -> str:
 def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
     """Makes the directory of a sweep.
 
-    Raises CacheError if it cannot be written, or if it has runs with other settings or files that
-    no sweep has written.
+    Raises CacheError if the directory cannot be written, if its runs have other settings, or if it
+    contains files that no sweep has written.
 
     settings : what all runs have in common, stored as JSON in sweep.json
     besides : name of a file that may already be in the directory: the file of a Dask scheduler

@@ -1,9 +1,10 @@
 // Times of computing the row order, the product of a block matrix and a vector, and linear solves
-// for square cloths (default: 7,396 vertices). Usage: benchmark_linalg [threads] [side ...], or
-// --smoke (tiny). Each time is the minimum of several repetitions, except that of the row order.
-// Results of different machines can be compared by the ratio of a time to that of the product in
-// the same run. Reference for 7,396 vertices (one thread, AVX-512): a product takes 0.05 ms, and a
-// solve of 51 iterations takes 3.7 ms, which is 74 products.
+// for square cloths with `side` vertices along each edge (default: 86, which gives 7,396 vertices).
+// Usage: benchmark_linalg [threads] [side ...], or --smoke (tiny). Each time is the minimum of
+// several repetitions, except that of the row order. Results of different machines can be compared
+// by the ratio of a time to that of the product in the same run. Reference for 7,396 vertices (one
+// thread, AVX-512): a product takes 0.05 ms, and a solve of 51 iterations takes 3.7 ms, which is 74
+// products.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -171,7 +171,10 @@ def add_bodies(random: np.random.Generator, mixture: Mixture) -> None:
 
 
 def add_source(random: np.random.Generator, mixture: Mixture, name: str, radius: float) -> None:
-    """Adds a magnet, soft iron or a coil of size `radius` [m] to the body `name`."""
+    """Adds a magnet, soft iron or a coil to the body `name`.
+
+    Its radius, or the longest side of a cuboid, is `radius` [m].
+    """
     polarization = tuple(direction(random) * random.uniform(0.2, 1.3))
     kind = str(random.choice(["ball", "cuboid", "iron", "coil"]))
     mixture.words.append(kind)

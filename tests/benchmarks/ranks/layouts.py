@@ -1,4 +1,5 @@
-"""Compares digests of scenes on several numbers of ranks and threads, with three decompositions.
+"""Compares digests of scenes on several numbers of ranks and threads, with the decompositions
+`predicted`, `static` and `dynamic`.
 
     python tests/benchmarks/ranks/layouts.py [--scenes twist stack] [--layouts 1x1 2x2 7x1]
 

@@ -136,7 +136,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a body that impulses cannot stop keeps its shape and ends on its path") {
-  // A ball between two prescribed sheets rotates and moves into one of them. Only the ball is free.
+  // The given motion rotates a ball between two prescribed sheets and moves it into or through one
+  // of them. Only the ball is free.
   const Vec3 centre(0.003, 0.002, 0.0);
   TestScene scene =
       make_scene({{grid_cells(0.2, 0.2, 8, 8).moved(Vec3(0, 0, 0.042)), Kind::Cloth, 2e-3},

@@ -43,7 +43,8 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
         stage.terms({}, {x, v, last_change, Points(0, 3), h, n, scene.inverse_mass, Points(0, 3)},
                     contacts, state, terms);
     const Vec3 before = velocity;
-    // If `again` is true, the solve is repeated, as in the linearised integrators.
+    // If `again` is true, up to two more solves correct the contact forces, as in the linearised
+    // integrators.
     for (int solve = 0; solve < 3; ++solve) {
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;

@@ -131,8 +131,8 @@ TEST_CASE("contacts of any depth have a stiffness that the solve can add to the 
   // step. Without this bound, (M26) of docs/method.md gives more than 5e12 m / h^2.
   CHECK(stiffest < 1.0001e8);
   CHECK(stiffest > 1e7);
-  // The force is at most the bound on the stiffness times the thickness of 4e-3 m, so one solve
-  // moves the surfaces apart by no more than their thickness.
+  // The force is at most the bound on the stiffness times the thickness of 4e-3 m. With a stiffness
+  // at this bound, one solve therefore moves the surfaces apart by no more than their thickness.
   CHECK(strongest < 1e8 * 4e-3);
 }
 

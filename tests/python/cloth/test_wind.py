@@ -22,8 +22,9 @@ def test_cloth_never_overtakes_the_wind(integrator, step, wind):
         speed = sim.velocities[:, 2]
         assert last < speed.min() and speed.max() < wind
         last = speed.max()
-    # A free sheet follows v = w - w / (1 + rate w t). Its speed relative to the wind is at most
-    # 20 % too small, because drag acts with its value at the start of each part.
+    # A free sheet follows v = w - w / (1 + rate w t), where w is the speed of the wind. The
+    # simulated speed relative to the wind is at most 20 % too small, because drag acts with its
+    # value at the start of each part.
     exact = wind / (1 + rate * wind * sim.time)
     assert 0.8 * exact < wind - last < exact
 

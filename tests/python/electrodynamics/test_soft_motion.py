@@ -205,8 +205,8 @@ def test_soft_bodies_that_start_inside_each_other_are_refused():
     [
         ("sphere", 0.3, 2e-3),
         ("sphere", 0.05, 2e-3),
-        # The law of saturation holds for volume means. Over this rod, the mean square of the field
-        # differs from the square of its mean.
+        # The bound for the rod is larger: the law of saturation holds for volume means, and over
+        # the rod, the mean square of the field differs from the square of its mean.
         ("rod", 0.3, 0.1),
     ],
 )

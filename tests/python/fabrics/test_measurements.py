@@ -114,7 +114,7 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
 @pytest.mark.parametrize("angle", [0, 90])
 def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(name, angle):
     strip = cantilever(ls.fabrics[name], angle_degrees=angle)
-    # docs/fabrics.md reports differences of up to 0.3 %.
+    # docs/fabrics.md reports differences of up to 0.3 % between the two overhangs.
     assert strip.at_rest and strip.overhang == pytest.approx(strip.elastica, rel=0.005)
     assert strip.bending_length == strip.overhang / 2
 

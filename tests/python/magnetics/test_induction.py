@@ -1,4 +1,6 @@
-"""Magnetisable spheres: reference moments, forces as derivatives of the energy, and levitation."""
+"""Magnetisable spheres: reference moments, forces as derivatives of the energy, levitation, and
+refused input.
+"""
 
 import importlib.util
 from pathlib import Path
@@ -23,7 +25,7 @@ def test_moments_of_coupled_spheres_are_those_of_the_table(case):
         applied=n * [case["B0"]],
     )
     wanted = np.array(case["moments"])
-    # The tolerance of the residual is 1e-12.
+    # The default tolerance of induced_moments() is 1e-12.
     assert np.abs(found - wanted).max() < 1e-11 * np.abs(wanted).max()
 
 

@@ -1,4 +1,4 @@
-"""Energies of magnets and potentials of their fields agree with forces, torques and fields."""
+"""Energies of magnets agree with forces and torques, and potentials agree with fields."""
 
 import loomstone as ls
 import numpy as np
@@ -37,8 +37,8 @@ def test_the_field_strength_is_the_descent_of_the_potential(name):
     points = np.vstack(
         (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
     )
-    # The relative error of central differences due to rounding is 1e-16 size / step = 1e-11. Their
-    # truncation error is proportional to step^2 and larger near edges.
+    # The relative error of central differences due to rounding is 1e-16 size / step = 1e-11, for a
+    # size of 1 cm. Their truncation error is proportional to step^2 and larger near edges.
     step = 1e-7
     ends = [
         [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]

@@ -1,5 +1,6 @@
-"""Magnets as hierarchies of dipole cells: figures 6.5 and 6.7 of [Thomaszewski2010], consistent
-levels, fronts (cells that interact, chosen by (6.19)), and conservation of momentum.
+"""Magnets as hierarchies of dipole cells: figures 6.5 and 6.7 of [Thomaszewski2010], the moment of
+every level, fronts (cells that interact, chosen by (6.19)), conservation of momentum, convergence,
+refused input, and estimated errors.
 """
 
 import loomstone as ls
@@ -22,8 +23,8 @@ def lattice(n):
 @pytest.mark.parametrize(
     ("name", "m1", "m2", "force", "torque1", "torque2"),
     [
-        # m2 lies in direction +x from m1. The numbers are the signs of the force on m2 along x and
-        # y, and of the torques on m1 and m2 about z.
+        # m2 lies in direction +x from m1. The numbers after the directions of m1 and m2 are the
+        # signs of the force on m2 along x and y, and of the torques on m1 and m2 about z.
         ("A1, side by side, parallel: repelled", (0, 1, 0), (0, 1, 0), (1, 0), 0, 0),
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
         ("B1, in line, parallel: attracted", (1, 0, 0), (1, 0, 0), (-1, 0), 0, 0),

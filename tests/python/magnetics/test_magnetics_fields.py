@@ -79,7 +79,7 @@ def test_dipole_pairs_and_clouds_agree_with_the_reference():
         forces, torques = M.dipole_forces(points, moments)
         assert relative(forces, [np.negative(case["F_on_2"]), case["F_on_2"]]) < 1e-14
         assert relative(torques, [case["T_on_1"], case["T_on_2"]]) < 1e-14
-        # The terms of the energy may nearly cancel.
+        # The terms of the energy may nearly cancel, which amplifies rounding errors.
         assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)
     for case in cases("ii_dipole_clouds"):
         points, moments = case["positions"], case["moments"]
@@ -340,7 +340,7 @@ def test_the_flux_of_b_through_a_closed_surface_is_zero_and_the_circulation_of_h
     path = np.stack([0.01 + 0.004 * np.cos(phi), 0 * phi, 0.004 * np.sin(phi)], axis=1)
     step = 0.004 * 2 * np.pi / 400 * np.stack([-np.sin(phi), 0 * phi, np.cos(phi)], axis=1)
     strength = M.field(M.loop(radius=0.01, current=3.0), path, quantity="H")
-    # The trapezoidal rule converges spectrally here.
+    # The trapezoidal rule converges exponentially, because the integrand is smooth and periodic.
     assert (strength * step).sum() == pytest.approx(-3.0, rel=1e-12)
 
 

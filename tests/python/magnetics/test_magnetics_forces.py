@@ -48,8 +48,8 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
             .rotated(turn)
         )
         closed = M.force(on=b, by=a, tolerance=1e-8)
-        # The tolerance covers the rotation and three times the tolerance of the integral, whose
-        # integrand has logarithmic singularities at aligned edges.
+        # The bound is three times the tolerance of the integral, whose integrand has logarithmic
+        # singularities at aligned edges. The effect of the rotation is much smaller.
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -149,8 +149,9 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_integration_over_either_body_gives_the_same_force(kind):
-    """Compares the force of a cuboid on a body with the force of the body on dipoles that fill the
-    cuboid.
+    """Compares force and torque of a body on a cuboid with those on dipoles that fill the cuboid.
+
+    The force on the cuboid is taken as minus that of the cuboid on the body.
     """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)
@@ -429,8 +430,8 @@ def test_wires_that_meet_are_refused_because_their_force_is_infinite():
             M.force(on=other, by=loop)
     with pytest.raises(ls.InvalidInput, match=r"bodies\[0\] meets bodies\[2\]"):
         M.forces([loop, loop.moved((0, 0, 0.01)), square])
-    # At a small gap, two loops attract each other like long parallel wires, with the force
-    # mu0 I^2 / (2 pi gap) per unit length.
+    # At a small gap, two equal coaxial loops attract each other like long parallel wires, with the
+    # force mu0 I^2 / (2 pi gap) per unit length.
     gap = 1e-5
     pull = M.force(on=loop.moved((0, 0, gap)), by=loop).force[2]
     assert pull == pytest.approx(-M.MU0 * 0.02 / gap, rel=1e-4)

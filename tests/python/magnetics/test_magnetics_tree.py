@@ -30,8 +30,8 @@ def clustered(n=N):
 
 
 def aligned(n=N):
-    """Equal dipoles close to a lattice, like cells of a magnet. The forces of its neighbours on an
-    inner dipole nearly cancel.
+    """Equal dipoles near the points of a lattice, like cells of a magnet. The forces that the
+    neighbours of an inner dipole exert on it nearly cancel.
     """
     points, _ = shaken_lattice(n)
     return points, np.tile((0.3e-3, 0, 1e-3), (n, 1))

@@ -1,6 +1,4 @@
-"""Magnetisable bodies agree with reference values, with each other, and with the laws of energy and
-momentum.
-"""
+"""Moments and forces of magnetisable bodies, and fields of spheres, agree with reference values."""
 
 import loomstone as ls
 import numpy as np
@@ -9,7 +7,7 @@ from loomstone import magnetics as M
 from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
-# Maps values of `cells` of soft_cuboid() to tolerances of moments and forces.
+# Maps values of `cells` of soft_cuboid() to relative tolerances of moments, forces and torques.
 GRIDS = {
     12: 1e-3,
     20: 1e-4,

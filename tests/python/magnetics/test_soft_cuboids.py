@@ -14,7 +14,7 @@ SHAPES = [
     ((3, 2, 0.4), (1e6,), 20),
     ((10, 5, 1), (100.0,), 20),
 ]
-CELLS = {16: 1e-3, 24: 1e-4}  # number of cells: documented relative error
+CELLS = {16: 1e-3, 24: 1e-4}  # `cells` of soft_cuboid(): documented relative error
 
 
 def magnets_beside(size, count, rng):
@@ -52,7 +52,9 @@ def size_of(wrench, radius):
 
 @pytest.fixture(scope="module")
 def sample():
-    """Returns relative errors of forces, and ratios of estimated to true errors, by `cells`."""
+    """Returns, by `cells`, relative errors, and ratios of estimated to true errors. An error is the
+    larger of those of force and torque / radius.
+    """
     errors, ratios = ({cells: [] for cells in CELLS} for _ in range(2))
     rng = np.random.default_rng(7)
     for edges, susceptibilities, most in SHAPES:
@@ -167,8 +169,8 @@ def test_flat_cuboids_that_magnetise_each_other_have_the_documented_error():
 
     found, wanted = wrench(8), wrench(16)
     radius = 0.5 * np.linalg.norm([0.03, 0.02, 0.004])
-    # The documented error of 1e-3 is that of 16 cells. At this gap, which equals the height of the
-    # cuboids, 8 cells suffice.
+    # The documented error of 1e-3 is that of cells=16. At this gap, which equals the height of the
+    # cuboids, cells=8 suffices.
     assert difference(found, wanted, radius) < 1e-3 * size_of(wanted, radius)
 
 

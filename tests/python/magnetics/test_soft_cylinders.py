@@ -71,7 +71,8 @@ def conductor(radius, inner, height, axis, segments=80):
     )
 
 
-# Each row: radius, inner radius, height, number of cells, and a bound on the relative error.
+# Each row: radius, inner radius and height [m], `cells` of soft_cylinder(), and a bound on the
+# relative error.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [

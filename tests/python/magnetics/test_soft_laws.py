@@ -1,4 +1,6 @@
-"""Bodies that magnetise each other, levitation, saturation, and the explicit response."""
+"""Laws of magnetisable bodies: levitation, image magnets, stability, energy, momentum, saturation,
+and the explicit response.
+"""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -21,7 +23,9 @@ def away(found, wanted):
 
 
 def lift(soft, magnet, height):
-    """Returns the force and torque on a magnet at (0, 0, height) [m] that magnetises `soft`."""
+    """Returns the force and torque that `soft` exerts on a magnet at (0, 0, height) [m], which
+    magnetises it.
+    """
     there = magnet.at((0, 0, height), magnet.orientation)
     (induced,) = M.induce(soft, by=there, tolerance=1e-10).bodies
     return M.force(on=there, by=induced)
@@ -60,8 +64,8 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
-    """Uses plates that are six times as wide as the height h of the magnet above them, and as thick
-    as h. The tolerances cover the effect of the plates' finite width.
+    """Uses plates of width 6 h and thickness h, where h is the height of the magnet's centre above
+    them. The tolerances cover the effect of the plates' finite width.
     """
     height = 0.015
     plates = [

@@ -1,5 +1,5 @@
-"""Soft spheres with few harmonics, estimated errors of forces between dipoles and iron, and error
-messages that name the faulty argument.
+"""Moments of and forces on soft spheres, estimated errors of forces between magnets and iron, and
+error messages that name the faulty argument.
 """
 
 import loomstone as ls

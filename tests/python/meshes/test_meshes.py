@@ -1,4 +1,6 @@
-"""Meshes: generated, read, written, and refused if invalid."""
+"""Meshes: generated, read, written, moved, queried, cut into convex parts, and refused if invalid.
+Also tests obstacles and the mass of bodies.
+"""
 
 import loomstone as ls
 import numpy as np

@@ -21,7 +21,9 @@ FRAMES = np.array([0.1, 0.2])
 
 
 def made(ranks, collision, waiting=0.0, decomposition="predicted", **changed):
-    """A run whose collision handling takes `collision` seconds in each frame."""
+    """A run of two frames. For each, collision handling takes `collision` [s], of which ranks wait
+    for `waiting` [s].
+    """
     values = {
         "name": f"{ranks}",
         "ranks": ranks,
@@ -99,7 +101,9 @@ def test_runs_of_different_lengths_are_refused(tmp_path):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """Directory of a run of three frames after the initial one, with recorded tasks."""
+    """Directory of a run of three frames after the initial one, which records the motion of
+    surfaces in every fifth step.
+    """
     out = tmp_path_factory.mktemp("finished") / "run"
     mesh = ls.grid(size=(0.2, 0.2), cells=(6, 6)).moved((0, 0, 0.104))
     scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1)])

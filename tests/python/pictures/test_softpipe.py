@@ -1,4 +1,6 @@
-"""Pictures by softpipe, which wheels use where a machine has no OpenGL library."""
+"""Pictures by softpipe agree with those by llvmpipe. Both are software renderers of Mesa. Wheels
+use softpipe on machines that have neither OSMesa nor EGL.
+"""
 
 import os
 import runpy

@@ -59,7 +59,7 @@ def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
 
 
 def expected(count: int, components: int, frame: int, phase: float) -> np.ndarray:
-    """Returns numbers of a frame of the C++ example: number i is sin(phase + 0.37 frame + 0.011 i).
+    """Returns a field of the C++ example in a frame: value i is sin(phase + 0.37 frame + 0.011 i).
 
     The C++ program may round the last bits differently.
     """

@@ -11,7 +11,7 @@ def made(scene, euler):
 
 
 def stopped_at(time):
-    """Returns a control function that interrupts the run at a time [s]."""
+    """Returns a control function that interrupts the run as soon as its time exceeds `time` [s]."""
 
     def stop(sim):
         if sim.time > time:

@@ -26,7 +26,8 @@ def control(sim):
     while sim.step_index == 25 and not os.path.exists("go"):  # three frames are written
         time.sleep(0.01)
 """
-# Program that starts a child process and then kills itself with SIGKILL. The child survives.
+# Program that, during a run, starts a child process and then kills itself with SIGKILL. The child
+# survives.
 MORTAL = """
 import os, signal, time
 import loomstone as ls

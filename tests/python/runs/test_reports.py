@@ -115,7 +115,8 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
     assert "(including that of contacts) minus work rose by 6 %" in inspection.report_text(gained)
     calm = inspection.energy_lines({**report, "energy_balance_at_end": -1323.6})
     assert "-1,324 times at the end" in calm[-1]
-    # A script that presses cloth at rest does work, but gives the cloth no kinetic energy.
+    # A script that presses cloth at rest does work, but gives the cloth no kinetic energy. The text
+    # then compares the balance with this work.
     still = {**gained, "account_at_end": {**account, "scripts": 1e4 * kinetic.max()}}
     assert "relative to the work of scripts" in inspection.energy_lines(still)[-1]
     assert "minus work rose" not in inspection.report_text(still)

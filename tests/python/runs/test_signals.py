@@ -75,7 +75,7 @@ def heed_control_c():
 
 
 def loaded(process):
-    """Returns whether a process of loomstone has loaded `_core`, which precedes its commands."""
+    """Returns whether a process of loomstone has loaded `_core`. It does so before any command."""
     return "_core" in Path(f"/proc/{process.pid}/maps").read_text()
 
 

@@ -1,5 +1,6 @@
 """Small, short versions of all scene files: cloth intersects nothing in any frame, its stretch is
-bounded, and the energy of magnets and circuits is accounted for.
+bounded, and the energy of magnets and circuits is accounted for. Some scenes keep their claims,
+too.
 """
 
 from pathlib import Path
@@ -240,7 +241,7 @@ def test_no_cloth_intersects_in_any_frame(name):
 def test_a_step_whose_motion_would_be_withheld_is_taken_in_halves(speed, step):
     """A wall hits the edges of eight separate sheets.
 
-    If the first step were not halved, certification would withhold much of its motion.
+    If the first step were not halved, certification would withhold much of the sheets' motion.
     """
     flat, random = ls.grid(size=(0.2, 0.2), cells=(8, 8)), np.random.default_rng(3)
     material = ls.ClothMaterial(

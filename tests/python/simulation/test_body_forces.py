@@ -72,7 +72,7 @@ def test_the_account_has_the_work_of_the_forces():
         sim.step()
     account = sim.report.account
     # The displacement of a step is h v(t + h), so the work is larger than the kinetic energy. After
-    # 50 steps, the difference is 1/50 of this energy.
+    # 50 steps from rest, the difference is 1/50 of this energy.
     assert account.loads == pytest.approx(sim.report.energy.body_kinetic, rel=0.03)
 
 

@@ -172,8 +172,8 @@ def test_unknown_instructions_are_refused():
 
 
 def test_kernels_are_compiled_for_instruction_sets_only_by_the_dispatch_that_is_restricted():
-    """The loader would choose the instruction set of clones made by target_clones or ifunc, and
-    would ignore LOOMSTONE_INSTRUCTIONS.
+    """For a function compiled with target_clones or ifunc, the loader would choose the instruction
+    set, and it would ignore LOOMSTONE_INSTRUCTIONS.
     """
     sources = [p for kind in ("h", "cpp") for p in (ROOT / "core").rglob(f"*.{kind}")]
     text = {path.relative_to(ROOT).as_posix(): path.read_text() for path in sources}

@@ -140,7 +140,7 @@ def test_forces_pins_and_poses_are_tables_as_well(falling, euler):
 
 
 def test_a_pose_set_before_the_first_step_moves_bodies_in_the_same_way_after_a_restore(euler):
-    """The obstacle moves from its first pose to the set one, and pushes the box, in one step."""
+    """In one step, the obstacle moves from its first pose to the one given, and pushes the box."""
     box = ls.RigidBody(mesh=ls.meshes.box(size=(0.1,) * 3), shape="box", position=(0, 0, 0.05))
     slab = ls.obstacles.mesh(ls.meshes.box(size=(1, 1, 0.1)).moved((0, 0, -0.05)))
     scene = ls.Scene(bodies=[box], obstacles=[slab])

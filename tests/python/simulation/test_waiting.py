@@ -1,4 +1,4 @@
-"""Settings of the threads of OpenMP and OpenBLAS while `_core` loads."""
+"""Settings of how soon idle threads of OpenMP and OpenBLAS sleep, while `_core` loads and after."""
 
 import os
 import subprocess

@@ -42,7 +42,7 @@ class Browser:
         raise AssertionError("chromium did not start within 30 s")
 
     def call(self, method, **parameters):
-        """Calls a method of the protocol and returns its result."""
+        """Calls a method of the DevTools protocol and returns its result."""
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
         while True:
@@ -52,7 +52,7 @@ class Browser:
                 return answer["result"]
 
     def mouse(self, kind, x, y, pressed=True):
-        """Sends a mouse event of the left button at a pixel."""
+        """Sends a mouse event such as "mouseMoved" at a pixel, with the left button down or up."""
         self.call(
             "Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left",
             buttons=int(pressed), clickCount=1,

@@ -207,7 +207,7 @@ TEST_CASE("a pendulum of cloth and body keeps its energy in nested steps") {
 TEST_CASE("a light body on a stiff strip gains no energy in long intervals") {
   // The body bounces on the strip with a period of about the default interval. Loads that acted
   // only at the ends of intervals would excite this motion: energy would rise by 0.23 of the
-  // kinetic energy.
+  // largest kinetic energy.
   Scene scene = box_on_strip(true);
   scene.collisions = false;
   Cloth& strip = scene.cloths[0];

@@ -1,4 +1,5 @@
-// Tests of the work of torques that users apply to free bodies and to bodies attached to cloth.
+// Tests of the work of torques and forces that users apply to free bodies and to bodies attached to
+// cloth.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -39,7 +40,8 @@ Scene small_box_on_sheet() {
   return scene;
 }
 
-// A cube with edges of 0.1 m, a mass of 1 kg and a moment of inertia of 1/600 kg m^2.
+// A cube with edges of 0.1 m, a mass of 1 kg and a moment of inertia of 1/600 kg m^2. It spins
+// about the z axis at `speed` [rad/s].
 Scene spinning_cube(double speed) {
   Scene scene;
   scene.gravity.setZero();

@@ -3,10 +3,11 @@
 A strip 25 mm wide projects from a clamp and bends under its weight per area, w = density * g. The
 overhang l is the length at which the chord from clamp to tip is inclined by 41.5 degrees. The
 standard defines the bending length c = l / 2 and the rigidity w c^3. The reference solution is the
-elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
-orthotropic plate theory for the direction of the strip. On the bias, the clamp suppresses the twist
-that this B assumes. The overhang is therefore longer than that of the elastica, by an amount that
-grows with the width of the strip.
+elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, where theta is the
+inclination at the arc length s. The rigidity B follows from orthotropic plate theory for the
+direction of the strip. On the bias, the clamp suppresses the twist that this B assumes. The
+overhang is therefore longer than that of the elastica, by an amount that grows with the width of
+the strip.
 """
 
 from __future__ import annotations
