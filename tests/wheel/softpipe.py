@@ -1,6 +1,6 @@
 """Draws pictures of a scene, to compare softpipe (a software renderer of Mesa) with other drivers.
 
-    python tests/wheel/softpipe.py pictures.npz
+python tests/wheel/softpipe.py pictures.npz
 """
 
 from __future__ import annotations

@@ -52,8 +52,7 @@ def sequence(
 
     All frames are kept in memory (24 bytes per vertex and frame). Raises CacheError if a file
     cannot be read or none matches the pattern, and InvalidInput for fewer than two frames, frames
-    that do not fit one mesh, positions without `mesh`, neither times nor `rate`, or an invalid
-    `rate`.
+    that do not fit one mesh, positions without `mesh`, and neither times nor a valid `rate`.
 
     >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP
