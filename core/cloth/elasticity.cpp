@@ -224,7 +224,7 @@ void Elasticity::add_limits(const std::vector<LimitModes>& modes) {
   energies_.membrane.clear();
 }
 
-// If bending is explicit, each chunk of rows is completed while it is in the cache.
+// If bending is explicit, finish_rows() completes each chunk of rows while it is in the cache.
 void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin,
                           Index end, Product product) {
   membrane_.locate_rows(matrix_, begin, end);

@@ -34,9 +34,9 @@ namespace {
 // turns with a turntable creeps on it.
 constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
-// Smallest tolerance of the first of several solves, which predicts the motion of contacts. Our
-// choice: friction may have an error of a fiftieth, so a tolerance of a hundredth is accurate
-// enough.
+// If later solves can follow the first one, the first one only predicts the motion of contacts. Its
+// tolerance is at least this value. Our choice: friction may have an error of a fiftieth, so a
+// tolerance of a hundredth is accurate enough.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. The tolerance is therefore relative to at least this fraction of the

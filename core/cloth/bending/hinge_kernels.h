@@ -43,7 +43,7 @@ struct HingeList {
 };
 
 // Sets each row of `sums` (n_sums x 4) to the sum of moment times gradient over the hinge vertices
-// that `places` assigns to this row.
+// that `places` assigns to this row. `moment` has one entry per hinge.
 void add_moments(HingeList list, const double* moment, const double* gradient, Index n_sums,
                  double* sums);
 

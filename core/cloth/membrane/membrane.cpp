@@ -222,7 +222,8 @@ constexpr Index first_element = 16;
 }  // namespace
 
 // At most two triangles share a mesh edge, and they traverse it in opposite directions. The matrix
-// block of the edge is therefore the block of one triangle plus the transposed block of the other.
+// block of the edge is therefore the block of one triangle plus the transposed block of the other,
+// which are the sources that this function finds for the block.
 void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ &&
       begin == located_begin_ && end == located_end_)

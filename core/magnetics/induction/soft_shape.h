@@ -72,7 +72,7 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // three grids of panels. The finest grid has `cells` panels along the shortest edge (see
 // check_cells()) and at least as many along the others (see cuboid_panels()). If focus > 0 [m],
 // there are only two grids, and all edges have `cells` panels on the finer one. These two grids are
-// refined near the middle of the wide faces, for a magnet of half width `focus` there. Throws
+// refined near the middle of the wide faces, for a magnet there whose half width is `focus`. Throws
 // InvalidInput if an argument is out of range or the finest grid has more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);

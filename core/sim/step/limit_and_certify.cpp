@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// A part of the step is halved if certification and fallbacks withhold more than this fraction of
-// its requested motion. Our choice.
+// Certification and fallbacks withhold too much of the motion of a part if they withhold more than
+// this fraction of it. Bisection (bisection.h) then halves the part if it is longer than a quarter
+// of the step. Our choice.
 constexpr double much_withheld = 0.1;
 
 // Returns the motions of bodies that certification checks. The motion of a body leads from its pose

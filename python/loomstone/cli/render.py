@@ -246,7 +246,7 @@ def _at_start(camera: Camera) -> Camera:
 
 
 def _upright(camera: Camera) -> Camera:
-    """Returns `camera`. If it has no keyframes and looks along its `up`, y becomes its `up`."""
+    """Returns `camera`, with y as its `up` if it has no keyframes and looks along its `up`."""
     sight = np.subtract(camera.target, camera.eye)
     size = float(np.linalg.norm(sight) * np.linalg.norm(camera.up))
     if camera.times or size == 0.0 or np.linalg.norm(np.cross(sight, camera.up)) > 1e-6 * size:

@@ -1,7 +1,7 @@
 """Numbers of the fabrics in `loomstone.fabrics`, in SI units, and their sources.
 
-The sources are [Wang2011], [Li2021] and [Feng2022]. docs/fabrics.md describes how the numbers in
-FABRICS were derived from published ones. No table of a source is reproduced here.
+The sources of FABRICS are [Wang2011], [Li2021] and [Feng2022]. docs/fabrics.md describes how the
+numbers in FABRICS were derived from published ones. No table of a source is reproduced here.
 """
 
 from __future__ import annotations

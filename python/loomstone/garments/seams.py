@@ -87,8 +87,9 @@ class Pattern:
     def check(self, ease: float) -> None:
         """Raises InvalidInput if the pattern cannot be sewn.
 
-        Examples are edges that are unknown or sewn twice, sewn edges whose lengths differ by more
-        than `ease` times the longer one, and panels that are not connected.
+        Reasons are edges that are unknown or sewn twice, sewn edges whose lengths differ by more
+        than `ease` times the longer one, panels that are not connected, and an `ease` outside
+        [0, 1).
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")

@@ -1,13 +1,13 @@
 """The code blocks of a Markdown page, and how they run.
 
 Every block names its language. Blocks of Python and of the shell run in order, in a directory that
-stands in for the root of the repository. Four remarks in the text before a block change this:
+stands in for the root of the repository. Four things in the text before a block change this:
 
 - a sentence with "save" and one `name` in backticks, ending in a colon: the block is first saved as
   this file
 - `<!-- not run: reason -->`: the block does not run
 - `<!-- runs nightly: reason -->`: the block runs only with the slow tests
-- `<!-- output -->`: the block shows what the preceding block prints; `difference` compares both
+- `<!-- output -->`: the block shows what the preceding block prints; `difference` compares the two
 """
 
 from __future__ import annotations
