@@ -52,6 +52,17 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   shapes.all.push_back(std::move(shape));
 }
 
+// Returns the corners of a box in the body frame, whose axes are the columns of `principal`.
+// `offset` is the position of the middle of the box relative to the centre of mass.
+std::vector<Vec3> box_corners(const Vec3& half, const Vec3& offset, const Mat3& principal) {
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 signs(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+    corners.push_back(principal.transpose() * (offset + half.cwiseProduct(signs)));
+  }
+  return corners;
+}
+
 void add_box(const Vec3& half, Shapes& shapes) {
   auto box = std::make_unique<btBoxShape>(to_bullet(half));
   box->setMargin(0.05 * half.minCoeff());  // the margin lies inside the box
@@ -73,11 +84,13 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
     check_box(mesh, where);
     const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(),
                high = mesh.vertices().colwise().maxCoeff().transpose();
-    // Bullet's boxes are aligned with the body frame, which is turned for a body in a bearing.
-    if (principal.isIdentity(0.0))
-      add_box(0.5 * (high - low), shapes);
+    const Vec3 half = 0.5 * (high - low), offset = 0.5 * (low + high) - mass.centre;
+    // Bullet's boxes are centred in the body frame and aligned with it. That frame is turned for a
+    // body in a bearing, and the centre of mass of an open box is not its middle.
+    if (principal.isIdentity(0.0) && offset.norm() < 1e-9 * half.norm())
+      add_box(half, shapes);
     else
-      add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
+      add_hull(box_corners(half, offset, principal), where + ".mesh", shapes);
   } else if (body.shape == BodyShape::Convex) {
     add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
   } else {  // parts

@@ -30,8 +30,8 @@ class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
   btScalar stopping(const btSolverConstraint& row);
   void apply(btSolverConstraint& row, btScalar impulse);
 
-  // Impulses that the solver does not apply to the contacts, because those of opposite sides
-  // cancel, but that count as normal impulses for friction (see squeezed_contacts.h) [N s].
+  // Impulses that count as normal impulses for friction, but that the solver does not apply,
+  // because opposite contacts would balance them (see squeezed_contacts.h) [N s].
   std::vector<btScalar> squeezes_;
 };
 

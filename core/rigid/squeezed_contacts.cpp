@@ -1,98 +1,159 @@
 #include "core/rigid/squeezed_contacts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-
-#include "core/rigid/step_motion.h"
 
 namespace loomstone {
 
 namespace {
 
-// Elastic modulus of bodies [Pa]. Our choice: that of hard rubber and soft plastics.
+// Stiffness of a contact divided by the width of the body [Pa]. Our choice: a cube of an elastic
+// modulus of 100 MPa (hard rubber, soft plastics) has this stiffness.
 constexpr btScalar modulus = 1e8;
-// Overlap that counts as rounding, as a fraction of the body's smallest side.
-constexpr btScalar rounding = 1e-4;
+// Overlap that counts as rounding, as a fraction of the width of the body.
+constexpr btScalar rounding = 3e-4;
 // Largest overlap that counts as squeezed, in the same unit. Our choice: bodies that overlap more
 // have partly passed a surface.
 constexpr btScalar deepest_squeeze = 0.2;
-// Largest cosine of the angle between the normals of opposite contacts.
-constexpr btScalar opposite = -0.9;
+// Smallest cosine of the angle between normals of contacts of one group, and largest cosine of the
+// angle between the normals of opposite groups. Our choice: jaws may be inclined to each other by
+// 14 degrees.
+constexpr btScalar parallel = 0.99, opposite = -0.97;
 constexpr btScalar infinite = std::numeric_limits<btScalar>::infinity();
 
 // A contact seen from one of its two bodies. The normal points to this body.
 struct ContactSide {
   int body;  // index of the solver's body
   int row;
-  btVector3 normal;
+  btVector3 normal, point;
+  int group = -1;
 };
 
-// The contacts of a solver. Depths are overlaps, negative for gaps [m].
+// Contacts of a body with nearly equal normals.
+struct ContactGroup {
+  int body;
+  btVector3 normal;  // of the first contact
+  btVector3 sum;     // of the contact points
+  int count;
+  std::vector<int> opposites;  // groups on the opposite side of the body
+  btScalar depth = -infinite;  // of the deepest held contact [m]
+
+  btVector3 centre() const { return sum / count; }
+};
+
+// The contacts of a solver. Depths are overlaps, negative for gaps [m]. A contact is held if each
+// of its bodies has a held contact on the opposite side, the two depths have a positive sum, and
+// such contacts lead to an obstacle. Obstacles hold every contact.
 class ContactNetwork {
  public:
   explicit ContactNetwork(const ContactRows& contacts) : contacts_(contacts) {
     for (int i = 0; i < contacts.rows.size(); ++i) {
-      const btSolverConstraint& row = contacts.rows[i];
-      depths_.push_back(
-          -static_cast<const btManifoldPoint*>(row.m_originalContactPoint)->getDistance());
-      if (dynamic_body(row.m_solverBodyIdA))
-        sides_.push_back({row.m_solverBodyIdA, i, row.m_contactNormal1});
-      if (dynamic_body(row.m_solverBodyIdB))
-        sides_.push_back({row.m_solverBodyIdB, i, row.m_contactNormal2});
+      depths_.push_back(-point_of(i).getDistance());
+      add_side(contacts.rows[i].m_solverBodyIdA, i, contacts.rows[i].m_contactNormal1);
+      add_side(contacts.rows[i].m_solverBodyIdB, i, contacts.rows[i].m_contactNormal2);
     }
     std::ranges::stable_sort(sides_, {}, &ContactSide::body);
-    find_opposites();
     held_.assign(depths_.size(), true);
+    if (std::ranges::none_of(depths_, [](btScalar depth) { return depth > 0.0; })) {
+      sides_.clear();
+      return;
+    }
+    make_groups();
     while (release()) continue;
+    release_unreached();
   }
 
-  int n_sides() const { return static_cast<int>(sides_.size()); }
-  const ContactSide& side(int s) const { return sides_[s]; }
+  const std::vector<ContactSide>& sides() const { return sides_; }
+  bool held(int row) const { return held_[row]; }
   btScalar depth(int row) const { return depths_[row]; }
-  // Returns the depth of the deepest contact on the opposite side of the body among those that
-  // chains of contacts join to obstacles; -infinity if there is none.
-  btScalar opposite_depth(int s) const {
-    btScalar deepest = -infinite;
-    for (int k = opposite_start_[s]; k < opposite_start_[s + 1]; ++k)
-      if (held_[opposites_[k]]) deepest = std::max(deepest, depths_[opposites_[k]]);
-    return deepest;
+  // Returns the opposite group with the deepest held contact; null if there is none.
+  const ContactGroup* deepest_opposite(const ContactSide& side) const {
+    const ContactGroup* found = nullptr;
+    for (const int g : groups_[side.group].opposites)
+      if (groups_[g].depth > (found ? found->depth : -infinite)) found = &groups_[g];
+    return found;
   }
-  // Returns the smallest side of the body's bounding box [m].
-  btScalar size(int s) const {
-    return 2.0 * inner_radius(*dynamic_body(sides_[s].body)->getCollisionShape());
+  // Returns the distance between a group and the one on the opposite side [m].
+  btScalar width(const ContactSide& side, const ContactGroup& other) const {
+    return std::abs(side.normal.dot(groups_[side.group].centre() - other.centre()));
   }
 
  private:
-  const btRigidBody* dynamic_body(int index) const {
-    const btRigidBody* body = contacts_.bodies[index].m_originalBody;
-    return body && !body->isStaticOrKinematicObject() ? body : nullptr;
+  const btManifoldPoint& point_of(int row) const {
+    return *static_cast<const btManifoldPoint*>(contacts_.rows[row].m_originalContactPoint);
   }
-  void find_opposites() {
-    for (const ContactSide& side : sides_) {
-      opposite_start_.push_back(static_cast<int>(opposites_.size()));
-      for (const ContactSide& other :
-           std::ranges::equal_range(sides_, side.body, {}, &ContactSide::body))
-        if (other.normal.dot(side.normal) < opposite) opposites_.push_back(other.row);
+  void add_side(int body, int row, const btVector3& normal) {
+    const btRigidBody* const original = contacts_.bodies[body].m_originalBody;
+    if (original && !original->isStaticOrKinematicObject())
+      sides_.push_back({body, row, normal, point_of(row).getPositionWorldOnB()});
+  }
+
+  void make_groups() {
+    std::size_t first = 0;  // group of the current body
+    for (ContactSide& side : sides_) {
+      if (first < groups_.size() && groups_[first].body != side.body) first = groups_.size();
+      std::size_t g = first;
+      while (g < groups_.size() && groups_[g].normal.dot(side.normal) < parallel) ++g;
+      if (g == groups_.size())
+        groups_.push_back({side.body, side.normal, btVector3(0, 0, 0), 0, {}});
+      groups_[g].sum += side.point;
+      ++groups_[g].count;
+      side.group = static_cast<int>(g);
     }
-    opposite_start_.push_back(static_cast<int>(opposites_.size()));
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      for (std::size_t h = g + 1; h < groups_.size() && groups_[h].body == groups_[g].body; ++h)
+        if (are_opposite(groups_[g], groups_[h])) {
+          groups_[g].opposites.push_back(static_cast<int>(h));
+          groups_[h].opposites.push_back(static_cast<int>(g));
+        }
   }
-  // Marks a contact as not held if one of its bodies has no held contact on the opposite side.
-  // Returns whether it has marked any.
+  // Contacts that are farther apart along the surface than across the body turn it instead of
+  // squeezing it.
+  static bool are_opposite(const ContactGroup& a, const ContactGroup& b) {
+    const btVector3 apart = a.centre() - b.centre();
+    const btScalar across = a.normal.dot(apart);
+    return a.normal.dot(b.normal) < opposite && across < 0.0 &&
+           apart.length2() < 2.0 * across * across;
+  }
+
+  // Marks contacts that one of their bodies does not hold. Returns whether there were any.
   bool release() {
+    for (ContactGroup& group : groups_) group.depth = -infinite;
+    for (const ContactSide& side : sides_)
+      if (held_[side.row])
+        groups_[side.group].depth = std::max(groups_[side.group].depth, depths_[side.row]);
     bool any = false;
-    for (int s = 0; s < n_sides(); ++s)
-      if (held_[sides_[s].row] && opposite_depth(s) == -infinite)
-        held_[sides_[s].row] = false, any = true;
+    for (const ContactSide& side : sides_) {
+      if (!held_[side.row]) continue;
+      const ContactGroup* const other = deepest_opposite(side);
+      if (!other || depths_[side.row] + other->depth <= 0.0) held_[side.row] = false, any = true;
+    }
     return any;
+  }
+  // Marks contacts that no chain of held contacts joins to an obstacle, such as those of a ring.
+  void release_unreached() {
+    std::vector<int> n_sides(depths_.size(), 0);
+    for (const ContactSide& side : sides_) ++n_sides[side.row];
+    std::vector<bool> reached(depths_.size()), reached_group(groups_.size());
+    for (std::size_t i = 0; i < reached.size(); ++i) reached[i] = held_[i] && n_sides[i] == 1;
+    for (bool any = true; any;) {
+      any = false;
+      for (const ContactSide& side : sides_)
+        if (reached[side.row])
+          for (const int g : groups_[side.group].opposites) reached_group[g] = true;
+      for (const ContactSide& side : sides_)
+        if (held_[side.row] && !reached[side.row] && reached_group[side.group])
+          reached[side.row] = true, any = true;
+    }
+    held_ = reached;
   }
 
   const ContactRows& contacts_;
-  std::vector<btScalar> depths_;     // (rows)
-  std::vector<ContactSide> sides_;   // sorted by body
-  std::vector<int> opposite_start_;  // (sides + 1) first entry of each side in opposites_
-  std::vector<int> opposites_;       // rows of the opposite contacts of each side
-  // (rows) Whether chains of contacts join both sides of a contact to obstacles.
-  std::vector<bool> held_;
+  std::vector<btScalar> depths_;      // (rows)
+  std::vector<ContactSide> sides_;    // sorted by body; empty: no contact overlaps
+  std::vector<ContactGroup> groups_;  // sorted by body
+  std::vector<bool> held_;            // (rows)
 };
 
 }  // namespace
@@ -100,18 +161,22 @@ class ContactNetwork {
 std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar step) {
   const int n = contacts.rows.size();
   const ContactNetwork network(contacts);
-  // For each contact: the mean of its depth and that of the deepest opposite contact, and the size
-  // of the body. If a contact has two bodies, the smaller of their values.
-  std::vector<btScalar> means(n, infinite), sizes(n, infinite);
-  for (int s = 0; s < network.n_sides(); ++s) {
-    const int row = network.side(s).row;
-    means[row] = std::min(means[row], 0.5 * (network.depth(row) + network.opposite_depth(s)));
-    sizes[row] = std::min(sizes[row], network.size(s));
+  // For each contact: the mean of its depth and that of the deepest opposite contact, the larger of
+  // the two, and the width of the body (smallest mean and width, and largest depth, of its bodies).
+  std::vector<btScalar> means(n, 0.0), deepest(n, 0.0), widths(n, infinite);
+  for (const ContactSide& side : network.sides()) {
+    if (!network.held(side.row)) continue;
+    const ContactGroup& other = *network.deepest_opposite(side);
+    const btScalar depth = network.depth(side.row), mean = 0.5 * (depth + other.depth);
+    means[side.row] = widths[side.row] == infinite ? mean : std::min(means[side.row], mean);
+    deepest[side.row] = std::max({deepest[side.row], depth, other.depth});
+    widths[side.row] = std::min(widths[side.row], network.width(side, other));
   }
   std::vector<btScalar> impulses(n, 0.0);
   for (int i = 0; i < n; ++i) {
-    if (means[i] <= 0.0 || means[i] > deepest_squeeze * sizes[i]) continue;
-    impulses[i] = modulus * sizes[i] * std::max(means[i] - rounding * sizes[i], btScalar(0)) * step;
+    if (means[i] <= 0.0 || deepest[i] > deepest_squeeze * widths[i]) continue;
+    impulses[i] =
+        modulus * widths[i] * std::max(means[i] - rounding * widths[i], btScalar(0)) * step;
     if (const btScalar depth = network.depth(i); depth > 0.0)
       contacts.rows[i].m_rhsPenetration *= std::max(depth - means[i], btScalar(0)) / depth;
   }

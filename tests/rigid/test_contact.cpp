@@ -86,6 +86,41 @@ TEST_CASE("a dropped body comes to rest on the floor at its own height") {
   }
 }
 
+namespace {
+
+// Returns a crate of 0.3 x 0.2 x 0.2 m with walls of 10 mm that is open at the top. Its centre of
+// mass lies below the middle of its bounding box.
+TriangleMesh open_crate() {
+  Points vertices(16, 3);
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 signs(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+    vertices.row(k) = signs.cwiseProduct(Vec3(0.15, 0.1, 0.1)).transpose();
+    vertices.row(8 + k) = signs.cwiseProduct(Vec3(0.14, 0.09, k & 4 ? 0.1 : 0.09)).transpose();
+  }
+  // Quadrilaterals, counter-clockwise as seen from outside of the material.
+  const int sides[14][4] = {{0, 2, 3, 1},     {0, 1, 5, 4},    {1, 3, 7, 5},   {3, 2, 6, 7},
+                            {2, 0, 4, 6},     {8, 9, 11, 10},  {8, 12, 13, 9}, {9, 13, 15, 11},
+                            {11, 15, 14, 10}, {10, 14, 12, 8}, {4, 5, 13, 12}, {5, 7, 15, 13},
+                            {7, 6, 14, 15},   {6, 4, 12, 14}};
+  Triangles triangles(28, 3);
+  for (int s = 0; s < 14; ++s) {
+    triangles.row(2 * s) << sides[s][0], sides[s][1], sides[s][2];
+    triangles.row(2 * s + 1) << sides[s][0], sides[s][2], sides[s][3];
+  }
+  return TriangleMesh(vertices, triangles);
+}
+
+}  // namespace
+
+TEST_CASE("an open crate as a box rests on its bottom") {
+  RigidWorld world({body_of(open_crate(), "box", Vec3(0, 0, 0.2))}, {floor_of(1.0, 1)}, gravity);
+  RigidState state = world.initial_state();
+  const MassProperties mass = world.mass_properties().front();
+  CHECK(mass.centre.z() < -0.01);
+  run(world, state, 1e-3, 1000, 1);
+  CHECK(std::abs(state.positions(0, 2) - (0.1 + mass.centre.z())) < 1e-4);
+}
+
 TEST_CASE("cubes of one centimetre stay at rest in a stack at steps of a millisecond") {
   for (const std::string shape : {"box", "convex"}) {
     CAPTURE(shape);

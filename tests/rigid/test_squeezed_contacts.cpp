@@ -2,6 +2,7 @@
 // gripper do.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "tests/rigid/worlds.h"
 
@@ -9,7 +10,8 @@ using namespace loomstone;
 
 namespace {
 
-constexpr double side = 0.05, lift = 0.3;
+constexpr double side = 0.05, lift = 0.3;                                       // [m]
+constexpr double lift_time = 0.3;                                               // [s]
 constexpr double closed_at = 0.2, lifted_at = 0.6, opened_at = 0.8, end = 1.4;  // [s]
 
 // Two jaws close on a body of length `side`, lift it, and open again. When they are closed, the
@@ -26,7 +28,7 @@ struct Gripper {
       gap = side - squeeze;
     else if (time < opened_at)
       gap = std::lerp(side - squeeze, side + apart, (time - lifted_at) / (opened_at - lifted_at));
-    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / (0.3), 0.0, 1.0);
+    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / lift_time, 0.0, 1.0);
     const double place = 0.5 * (gap + side);
     return {RigidPose{},
             {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
@@ -88,7 +90,7 @@ TEST_CASE("jaws hold a row of bodies") {
   constexpr int n = 3;
   const auto poses_at = [&](double time) {
     const double gap = n * side - squeeze * std::min(time / closed_at, 1.0);
-    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / 0.3, 0.0, 1.0);
+    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / lift_time, 0.0, 1.0);
     const double place = 0.5 * (gap + side);
     return std::vector<RigidPose>{RigidPose{},
                                   {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
@@ -109,6 +111,45 @@ TEST_CASE("jaws hold a row of bodies") {
     world.advance(step, {none, none}, poses_at(i * step), state);
   for (int i = 0; i < n; ++i)
     CHECK(std::abs(state.positions(i, 2) - 0.5 * side - lift) < 0.01 * lift);
+}
+
+TEST_CASE("a bar that touches the floor and the ceiling with its ends falls flat") {
+  constexpr double length = 0.4, thickness = 0.04, height = 0.05;
+  RigidBody bar = body_of(box(length, thickness, thickness), "box", Vec3(0, 0, 0.5 * height));
+  // At this angle, the bar overlaps the floor and the ceiling by 50 micrometres.
+  const double angle = (height + 1e-4 - thickness) / length;
+  bar.orientation = quaternion_from_rotation_vector(Vec3(0, angle, 0));
+  RigidObstacle ceiling{shared(box(1.0, 1.0, 0.1)), 0.3, Vec3(0, 0, height + 0.05),
+                        Vec4(1, 0, 0, 0), Points(0, 3)};
+  RigidWorld world({bar}, {floor_of(1.0, 1), ceiling}, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  const std::vector<RigidPose> poses{RigidPose{}, {ceiling.position, ceiling.orientation}};
+  for (int i = 0; i < 500; ++i) world.advance(1e-3, {none, none}, poses, state);
+  CHECK(std::abs(state.positions(0, 2) - 0.5 * thickness) < 1e-3 * thickness);
+}
+
+TEST_CASE("bodies between walls that leave room are moved apart") {
+  const RigidObstacle wall{shared(box(side, side, side)), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0),
+                           Points(0, 3)};
+  const double overlap = 5e-5, gap = 4e-4;
+  // From left to right: a wall, an overlap, a box, an overlap, a box, a gap, a wall.
+  const double first = side - overlap, second = 2 * (side - overlap), last = second + side + gap;
+  std::vector<RigidBody> bodies{body_of(box(side, side, side), "box", Vec3(first, 0, 0.5 * side)),
+                                body_of(box(side, side, side), "box", Vec3(second, 0, 0.5 * side))};
+  const std::vector<RigidPose> poses{RigidPose{},
+                                     {Vec3(0, 0, 0.5 * side), Vec4(1, 0, 0, 0)},
+                                     {Vec3(last, 0, 0.5 * side), Vec4(1, 0, 0, 0)}};
+  std::vector<RigidObstacle> obstacles{floor_of(1.0, 1), wall, wall};
+  for (std::size_t i = 1; i < 3; ++i) obstacles[i].position = poses[i].position;
+  RigidWorld world(bodies, obstacles, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(2, 3);
+  for (int i = 0; i < 200; ++i) world.advance(1e-3, {none, none}, poses, state);
+  // The tolerance allows for the tenth of an overlap that is left after corrections.
+  CHECK(state.positions(0, 0) > side - 0.1 * overlap);
+  CHECK(state.positions(1, 0) - state.positions(0, 0) > side - 0.1 * overlap);
+  CHECK(state.positions(1, 0) < last - side + 0.1 * overlap);
 }
 
 TEST_CASE("jaws without friction do not hold a body") {
