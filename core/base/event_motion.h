@@ -57,10 +57,10 @@ struct EventBody {
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
-  // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by loads,
-  // internal forces and, in a queue of events, impulses of strain limits. The rows of other
-  // vertices are 0 or not used. At the start of an interval of nested steps, only half of a change
-  // acts, but the rows contain whole changes.
+  // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by loads on
+  // cloth and attached bodies, by internal forces of the cloth and, in a queue of events, by
+  // impulses of strain limits. The rows of other vertices are 0 or not used. At the start of an
+  // interval of nested steps, only half of a change acts, but the rows contain whole changes.
   const Points& kicks;
   // Times of nested steps [s]; core/integration/asynchronous/nested_steps.h explains their levels.
   // For each level, `step` is the time between consecutive events, and `ahead` is the time from now
@@ -70,8 +70,9 @@ struct EventMotion {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
   };
-  // Times in a queue of events [s]. `of_vertex` and `of_body` contain the time to which the stored
-  // position of each vertex, or pose of each body, belongs. `now` is the present time.
+  // Times in a queue of events, since the start of the interval [s]. `of_vertex` and `of_body`
+  // contain the time to which the stored position of each vertex, or pose of each body, belongs.
+  // `now` is the present time.
   struct Clocks {
     const Vector &of_vertex, &of_body;
     double now;

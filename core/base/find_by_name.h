@@ -9,8 +9,8 @@
 namespace loomstone {
 
 // Returns the index of the entry of `list` whose name is `name`. If there is none, throws
-// InvalidInput with the names of all entries. In the message, `where` stands for the input that has
-// the value `name`, for example "attachments[0].cloth".
+// InvalidInput with the names of all entries. The message begins with `where`, the place of `name`
+// in the user's input, for example "attachments[0].cloth".
 template <class List>
 std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
   std::string known;

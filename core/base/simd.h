@@ -41,7 +41,8 @@ void check_instruction_set();
 #endif
 
 // Calls the variant of a kernel that is compiled for `instruction_set`. `Kernel` is the type of a
-// function object that takes Lanes{}, which selects the variant, and then the kernel's arguments.
+// function object. Its first argument is a vector whose type is the parameter Lanes of the variant;
+// its value is not used. The arguments of the kernel follow.
 template <class Kernel>
 class Widest {
  public:

@@ -15,7 +15,7 @@ struct FileFormat {
   const char* instead;          // advice for older files
 };
 
-// Throws CacheError unless this build reads version `found`.
+// Throws CacheError unless this build can read files of version `found`.
 inline void check_file_format(const std::string& path, const FileFormat& format,
                               std::int64_t found) {
   if (found > format.newest)

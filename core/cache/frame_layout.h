@@ -1,5 +1,6 @@
-// Contents of the frame files in addition to the VTKHDF layout: the group /loomstone, which
-// describes the file and contains metadata, reports, coil currents, looks and other data.
+// Contents of the frame files in addition to the VTKHDF layout: the group /loomstone. It contains
+// the version and kind of the file and, for example, names, metadata, reports, coil currents and
+// looks.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +33,8 @@ inline const std::string looks = group + "/looks";
 
 // A row of the table of frames.
 struct FrameRow {
-  std::int64_t step = 0;  // number of the last successful step; report.step - 1 after a failed step
+  // Number of the last successful step: report.step or, after a failed step, report.step - 1.
+  std::int64_t step = 0;
   StepReport report;
 };
 

@@ -15,8 +15,8 @@ using namespace frame_layout;
 
 namespace {
 
-// Opens a loomstone cache file. Throws CacheError unless it has the expected kind and a format that
-// this build reads.
+// Opens a frame file. Throws CacheError unless loomstone wrote the file, its kind is `kind`, and
+// this build can read its format.
 Hdf5File open_ours(const std::string& path, const std::string& kind) {
   Hdf5File file = Hdf5File::open(path);
   if (!file.has_attribute(group, "format") || !file.has_attribute(group, "kind"))

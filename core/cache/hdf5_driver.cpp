@@ -29,18 +29,20 @@ namespace loomstone::hdf5 {
 namespace {
 
 // HDF5 writes metadata (the superblock, headers and indices of datasets) many times between two
-// flushes and in no particular order. Therefore, metadata stays in `pending` until the flush. Raw
-// data fills rows that readers do not read before the flush. It is therefore written to the file
-// directly, unless it overlaps pending bytes.
+// flushes and in no particular order. Therefore, metadata stays in `pending` until the next flush.
+// Raw data fills rows that readers do not read before the next flush. It is therefore written to
+// the file directly, unless it overlaps pending bytes or `discards` is true.
 struct JournaledFile : H5FD_t {
   int descriptor = -1;
   bool writes = false;        // true: open for writing
   bool discards = false;      // true: changes stay in `pending` and are never written
   haddr_t end_allocated = 0;  // HDF5's end of allocated space (EOA) [bytes]
   haddr_t length = 0;         // length of the file without a journal [bytes]
-  haddr_t flushed = 0;        // value of `length` when the file was last flushed or opened [bytes]
-  // Bytes that are not written to the file yet, including those of a journal. If the file is open
-  // for reading only, also metadata that has been read.
+  // Value of `length` after the last flush that wrote pending bytes or, before such a flush, when
+  // the file was opened [bytes].
+  haddr_t flushed = 0;
+  // Bytes that belong in the file but have not been written to their places yet, including those of
+  // a journal. If the file is open for reading only, also metadata that has been read.
   PendingBytes pending;
   // True: the last flush, in this process or an earlier one, is incomplete, and the file needs the
   // journal at its end. The journal contains those bytes in `pending` that lie before `flushed`.
@@ -57,7 +59,7 @@ constexpr haddr_t largest_address = (static_cast<haddr_t>(1) << 62) - 1;
 JournaledFile& ours(H5FD_t* file) { return *static_cast<JournaledFile*>(file); }
 const JournaledFile& ours(const H5FD_t* file) { return *static_cast<const JournaledFile*>(file); }
 
-// Adds an entry to HDF5's error stack, worded like those of its default driver.
+// Adds an entry to the error stack of HDF5, with the wording of HDF5's default driver. Returns -1.
 herr_t refused(const char* tried, hid_t minor) {
   const int code = errno;
   H5Epush2(H5E_DEFAULT, __FILE__, __func__, __LINE__, H5E_ERR_CLS, H5E_VFL, minor,
@@ -117,9 +119,9 @@ herr_t write_ranges(const JournaledFile& file, const PendingBytes& bytes) {
   return 0;
 }
 
-// Writes the pending bytes. Those beyond the length of the file at the last flush need no journal,
-// because nothing refers to them until the bytes before that length are changed. The journal
-// contains these changes.
+// Writes the pending bytes. Bytes beyond file.flushed are written first and need no journal:
+// nothing in the file refers to them until bytes before file.flushed change. The journal contains
+// those changes.
 herr_t flush_pending(JournaledFile& file) {
   if (file.pending.empty()) return 0;
   const auto [changed, added] = file.pending.split_at(file.flushed);

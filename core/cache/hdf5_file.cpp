@@ -84,7 +84,8 @@ Hdf5File& Hdf5File::operator=(Hdf5File&& other) noexcept {
 Hdf5File::~Hdf5File() {
   const Quiet quiet;
   if (file_ < 0) return;
-  // Changes since the last flush may be incomplete, so they are discarded.
+  // If rows have changed since the last flush, the changes may be incomplete. Nothing more is then
+  // written to the file.
   if (shared_->unwritten) discard_changes(file_);
   H5Fclose(file_);
 }

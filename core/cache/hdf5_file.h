@@ -49,8 +49,8 @@ struct RowFormat {
   std::size_t bytes = 0;  // size of the struct; unused without columns
 };
 
-// How the rows of a dataset are stored: in chunks of `block` rows, which are compressed by deflate
-// if `compression` (0 to 9) is not 0.
+// How the rows of a dataset are stored: in chunks of `block` rows. `compression` is the deflate
+// level of the chunks, from 1 to 9; 0: no compression.
 struct RowStorage {
   std::int64_t block = 1;
   int compression = 0;

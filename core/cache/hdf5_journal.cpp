@@ -26,7 +26,8 @@ std::span<const unsigned char> head_of(const JournalTrailer& trailer) {
   return {reinterpret_cast<const unsigned char*>(&trailer), offsetof(JournalTrailer, trailer)};
 }
 
-// Address and number of bytes of a record, which precede its bytes.
+// Head of a record: the address of its bytes in the file, and their number. The bytes follow the
+// head.
 struct RecordHead {
   std::uint64_t address, count;
 };
@@ -50,7 +51,7 @@ bool records_fit(int file, std::uint64_t start, std::uint64_t end) {
   return true;
 }
 
-// Returns the bytes of records for which records_fit() is true.
+// Returns the bytes that `records` contains. records_fit() must be true for these records.
 PendingBytes parsed(std::span<const unsigned char> records) {
   PendingBytes result;
   while (!records.empty()) {

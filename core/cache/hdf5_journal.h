@@ -19,7 +19,8 @@ class PendingBytes {
   void clear() { ranges_.clear(); }
   std::uint64_t end() const;  // address at which the last range ends, or 0 without ranges
   bool overlap(std::uint64_t address, std::uint64_t count) const;
-  // Adds `bytes`, which belong at `address` in the file. They replace pending bytes at this place.
+  // Adds `bytes`, which belong at `address` in the file. They replace pending bytes at the same
+  // addresses.
   void put(std::uint64_t address, std::span<const unsigned char> bytes);
   // Returns the pending bytes before `address` and those from `address` on.
   std::pair<PendingBytes, PendingBytes> split_at(std::uint64_t address) const;

@@ -83,9 +83,9 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
 }
 
 // Without compression, chunks are allocated when the dataset grows, so writing a row does not
-// change the chunk index of the file. Compressed chunks cannot be allocated before they are
-// written. No chunk is initialised with a fill value. The chunk cache is disabled, so that rows are
-// written directly to the file.
+// change the dataset's chunk index in the file. Compressed chunks cannot be allocated before they
+// are written. No chunk is initialised with a fill value. The chunk cache is disabled, so that rows
+// are passed to the file driver as soon as they are written.
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
                                RowStorage storage) {
   const Quiet quiet;

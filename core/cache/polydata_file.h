@@ -39,9 +39,9 @@ struct PolyDataMesh {
 };
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
-// leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
-// last frame, and file().flush() writes it to the file. Then commit() adds the time of the frame
-// and increments the attribute NSteps, the frame count. A second file().flush() writes both to the
+// leaves a file whose first NSteps frames are complete. First, stage() appends the data of the
+// frame, and file().flush() writes them to the file. Then commit() adds the time of the frame and
+// increments the attribute NSteps, the frame count. A second file().flush() writes both to the
 // file. If writing a frame fails, the caller may write the same frame again.
 class PolyDataWriter {
  public:
@@ -85,8 +85,8 @@ class PolyDataWriter {
   Values points_;
   std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
   // A block of points contains the positions of one frame and of all directly following frames with
-  // the same positions. stored_ has those of the last committed block, staged_ those of the staged
-  // block.
+  // the same positions. stored_ contains the positions of the last committed block. staged_
+  // contains those of a block that stage() has added and commit() has not committed yet.
   Points stored_, staged_;
   // Numbers of blocks of points: the committed blocks, and all blocks including a staged one.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;

@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of frames for which space is allocated at once in a file without compression. Large blocks
-// make changes of the file's structure rare. Unused space is a hole in the file and takes no disk
-// space.
+// Number of frames for which space for points and fields is allocated at once in a file without
+// compression. Large blocks make changes of the file's structure rare. Unused space is a hole in
+// the file and takes no disk space.
 constexpr std::int64_t frames_per_block = 16;
 
 std::string below(std::string group, const std::string& name) {

@@ -22,7 +22,7 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
 
 namespace {
 
-// Velocity of the air relative to a triangle.
+// Area and normal of a triangle, and the velocity of the air relative to the triangle.
 struct RelativeWind {
   double area = 0.0;               // current area [m^2]; 0: the other members are 0, too
   Vec3 n = Vec3::Zero();           // unit normal

@@ -66,10 +66,11 @@ Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 
 // Returns the rate at which strains beyond their limits may recover [1/s]; infinite if there is no
-// cloth. It is the smallest sqrt(k / (2 m)) of all cloths, with the smaller of the moduli a11 and
-// a22 as k and the mean mass of a triangle as m: about the rate at which elastic forces alone would
-// pull a triangle back. Scripts may stretch triangles far beyond their limits. If such a triangle
-// recovered within one short part of a step, its vertices would get very large velocities.
+// cloth. It is the smallest value of sqrt(k / (2 m)) over all cloths. Here, k is the smaller of the
+// moduli a11 and a22 (see MembraneConstants), and m is the mean mass of a triangle. Elastic forces
+// alone would pull a triangle back at about this rate. Scripts may stretch triangles far beyond
+// their limits. If such a triangle recovered within one short part of a step, its vertices would
+// get very large velocities.
 double recovery_rate(const ClothModel& cloth);
 
 }  // namespace loomstone

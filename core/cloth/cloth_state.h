@@ -23,18 +23,22 @@ struct ClothState {
   // automatic steps, it is further bounded by the allowed growth and, while strain limits are
   // forced (see NearContacts::forced), by a fraction of the largest step. The stepper writes it.
   double expected_step = 0.0;
-  // Length that an automatic step had before it was shortened because it created energy [s];
-  // 0: none. Later steps grow faster than usual until one of them has this length, or until their
-  // error or numerical damping limits their growth. The stepper writes it.
+  // Largest length with which an automatic step created too much energy, so that it was repeated
+  // with a smaller length [s]; 0: none. Later steps grow faster than usual until one of them has at
+  // least this length, or until their error or numerical damping limits their growth. The stepper
+  // writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // do not increase until forget_all() removes them. The asynchronous integrator writes them.
   Vector element_steps;
-  // (e x 2) Time since the last event and time until the next event of each element in the queue of
-  // events [s]; empty if there is no queue. The asynchronous integrator writes them.
+  // (e x 2) Time since the last event and time until the next event of each element [s]. Elements
+  // are the triangles and then the bending groups with events of their own. Empty if there is no
+  // queue of events. The asynchronous integrator writes them.
   Points2 element_clocks;
-  // (k x 3) Positions of the vertices of each element in the queue at the last event of the element
-  // [m]; empty without damping. The asynchronous integrator writes them.
+  // (k x 3) Positions at the last event of each triangle (its three corners), followed by those at
+  // the last event of each bending group (its vertices) [m]. Rows of triangles and groups without
+  // damping are not used. Empty without damping or without a queue of events. The asynchronous
+  // integrator writes them.
   Points element_positions;
   // History of BDF-2, midpoint and extrapolated bending; empty if there is none. The
   // integrator writes it. It is cleared when strain limiting or certification moves a vertex.
@@ -47,10 +51,10 @@ struct ClothState {
                     previous_v, previous_bending);
   }
 
-  // Length of the last step [s], or h if it is unknown.
+  // Length of the last step or part of a step [s], or h if it is unknown.
   double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }
-  // Ratio of the velocity change in the next step, of length h [s], to that in the last step, if
-  // the acceleration is constant [1].
+  // Length h [s] of the next step or part of a step, divided by last_length() [1]. If the
+  // acceleration is constant, velocities change in the same ratio.
   double change_scale(double h) const { return h / last_length(h); }
 
   // Restarts multistep schemes, for example after a velocity jump.
@@ -59,8 +63,8 @@ struct ClothState {
     previous_v.resize(0, 3);
     previous_bending.resize(0, 3);
   }
-  // Discards the multistep history and last_change, because their use assumes that the next step
-  // resembles the last one.
+  // Discards the multistep history and last_change. Call this function if the next step may differ
+  // much from the last one.
   void forget_last_step() {
     restart_multistep();
     last_change.resize(0, 3);

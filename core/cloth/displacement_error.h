@@ -27,7 +27,9 @@ struct StepError {
 
 // Numerical damping of one cloth by implicit Euler.
 struct Damping {
-  double rate = 0.0;  // rate at which energy is removed, relative to the energy of the cloth [1/s]
+  // Energy that is removed per unit of time, divided by the energy of the cloth as defined at
+  // DisplacementError::damping() [1/s].
+  double rate = 0.0;
   // √(L / g), where L is the square root of the rest area and g the gravitational acceleration [s];
   // infinite without gravity.
   double fall_time = 0.0;
@@ -47,14 +49,14 @@ class DisplacementError {
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the numerical damping of cloths in a step of length h [s]. In this step, implicit Euler
-  // removes the energy 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed. The
-  // energy of a cloth is the sum of its kinetic energy (see StepError::energy), its membrane energy
-  // and 1/2 M g L, where M is its mass and L the square root of its rest area. A cloth is omitted
-  // if the step does not resolve its motion, for example that of snapping wrinkles. x1 (n x 3) are
-  // the positions at the end [m], and v0 and v1 (n x 3) the velocities at the start and at the end
-  // [m/s]. The membrane energy at x1 is reused if the last call of over() ended at x1 and no call
-  // of at() followed. Collective.
+  // Returns the numerical damping of each cloth in a step of length h [s]. In this step, implicit
+  // Euler removes the energy 1/2 m (v1 - v0)^2 from each vertex of mass m that is not prescribed.
+  // The energy of a cloth is the sum of its kinetic energy (see StepError::energy), its membrane
+  // energy and 1/2 M g L, where M is its mass and L the square root of its rest area. A cloth is
+  // omitted if the step does not resolve its motion, for example that of snapping wrinkles (see
+  // `resolved` in displacement_error.cpp). x1 (n x 3) are the positions at the end [m], and v0 and
+  // v1 (n x 3) the velocities at the start and at the end [m/s]. The membrane energy at x1 is
+  // reused if the last call of over() ended at x1 and no call of at() followed. Collective.
   std::vector<Damping> damping(const Team& team, const Points& x1, const Points& v0,
                                const Points& v1, double h);
 
@@ -108,7 +110,8 @@ class DisplacementError {
   std::vector<std::size_t> offsets_;  // (ranks + 1) start of each rank's part of sums_ [bytes]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
-  KnownPositions end_;  // `end` of the last call of over(), unless at() was called after it
+  // `end` of the last call of over(); no positions if at() has been called since.
+  KnownPositions end_;
 };
 
 }  // namespace loomstone

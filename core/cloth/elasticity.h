@@ -23,7 +23,8 @@ namespace loomstone {
 // How bending enters a step. Explicit: only as a force. Lumped: as a force, and in the matrix as a
 // sparse upper bound of half its stiffness, which keeps linearly implicit steps stable (see
 // BendingSetup::lumped_stiffness). Full: as a force, and in the matrix with the full Gauss-Newton
-// stiffness. Lumped and Full are the same for the hinge element.
+// stiffness. Lumped and Full are the same for the hinge element. With JacobianKind::Exact, both
+// also add the geometric stiffness of bending to the matrix.
 enum class BendingTreatment { Explicit, Lumped, Full };
 
 class Elasticity {

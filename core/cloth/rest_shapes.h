@@ -26,7 +26,7 @@ class RestShapes {
   Corners2 operator[](Index triangle) const {
     return computed_ ? computed_(triangle) : stored_[triangle];
   }
-  // Returns the shapes of the triangles [first, last).
+  // Returns the rest coordinates of the corners of the triangles [first, last) [m].
   std::vector<Corners2> range(Index first, Index last) const {
     if (!computed_) return {stored_.begin() + first, stored_.begin() + last};
     std::vector<Corners2> shapes(last - first);

@@ -54,7 +54,7 @@ std::int8_t side_of(ContactKind kind, const FourPoints& p) {
   return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
 }
 
-// Decides which feature pairs may come closer than their contact distance during one step.
+// Decides which feature pairs may come closer than their thickness during one step.
 struct ApproachSearch::PairTest {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
@@ -106,7 +106,8 @@ struct ApproachSearch::PairTest {
     const bool smooth = model.surfaces[surfaces.a].smooth || model.surfaces[surfaces.b].smooth;
     return !smooth && closest.interior;
   }
-  // Returns the shortest time after which the pair may be closer than its thickness [s].
+  // Returns the earliest time after the start of the step at which the pair may be closer than its
+  // thickness [s].
   double wake(ContactKind kind, const std::array<Index, 4>& v, const ClosestPair& closest,
               double thickness) const {
     if (closest.distance <= thickness) return 0.0;
@@ -251,7 +252,8 @@ Approach ApproachSearch::find_listed(const Team& team, const PairTest& test) {
   return joined(of_range);
 }
 
-// Tests the feature pairs that the tasks of this rank find in the surface pairs `which`.
+// Tests feature pairs of the surface pairs `which`: those that this rank finds in its tasks of the
+// broad phase.
 Approach ApproachSearch::find_unlisted(const Team& team, const PairTest& test,
                                        const std::vector<Index>& which) {
   if (which.empty()) return {};

@@ -33,8 +33,8 @@ struct Approach {
 };
 
 // Returns the sign (-1, 0 or 1) of the oriented volume that the four points span. The sign tells on
-// which side of the face the vertex lies (1: the side of its normal), or on which side of the
-// second edge the first edge passes.
+// which side of the face the vertex lies (1: the side to which the face's normal points), or on
+// which side of the second edge the first edge passes.
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
 
 // Expected motion of all vertices in a step, at constant velocity.

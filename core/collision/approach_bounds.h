@@ -31,7 +31,7 @@ inline double largest_loss(double approach, double time) {  // [m/s], [s]
   return faster_approach * std::max(0.0, approach) * time + added;
 }
 // Returns the shortest time [s] in which a pair may close its gap if its initial speed of approach
-// is `approach`: the inverse of largest_loss(), or 0 if `gap` is not positive.
+// is `approach`: the time for which largest_loss() equals `gap`, or 0 if `gap` is not positive.
 inline double time_to_close(double gap, double approach) {  // [m], [m/s]
   const double speed = faster_approach * std::max(0.0, approach);
   if (gap > (speed + added_approach) * (2.0 * added_approach / added_acceleration))

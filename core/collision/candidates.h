@@ -19,12 +19,13 @@ struct Candidates {
   Edges edges;    // sorted unique vertex pairs
 };
 
-// Returns the pairs that share no vertex and whose 18-DOPs overlap, and the edges. The 18-DOPs
-// enclose the motion x0 -> x1 and are inflated by `inflation` [m]. All pairs that share no vertex
-// and come closer than twice the inflation are among the results. Vertices without triangles are
-// ignored. `engine` is "clusters" (ClusterTree), "embree" (Embree's trees over the axis slabs of
-// the 18-DOPs) or "brute-force". Throws InvalidInput if the engine is unknown, an index is out of
-// range, x0 and x1 differ in size, the inflation is negative, or a number is not finite.
+// Returns the edges, and the vertex-face and edge-edge pairs that share no vertex and whose 18-DOPs
+// overlap. The 18-DOPs enclose the motion x0 -> x1 and are inflated by `inflation` [m]. All pairs
+// that share no vertex and come closer than twice the inflation are among the results. Vertices
+// without triangles are ignored. `engine` is "clusters" (ClusterTree), "embree" (Embree's trees
+// over the axis slabs of the 18-DOPs) or "brute-force". Throws InvalidInput if the engine is
+// unknown, an index is out of range, x0 and x1 differ in size, the inflation is negative, or a
+// number is not finite.
 Candidates candidates(const Team& team, const Points& x0, const Points& x1,
                       const Triangles& triangles, double inflation, const std::string& engine);
 

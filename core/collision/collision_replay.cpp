@@ -14,7 +14,8 @@ namespace loomstone {
 
 namespace {
 
-// Throws InvalidInput unless the surfaces contain all vertices and triangles, in their order.
+// Throws InvalidInput unless the surfaces divide all vertices and all triangles into consecutive
+// ranges, in the order of the surfaces.
 void check_surfaces(const CollisionRecord& record) {
   Index vertex = 0, triangle = 0;
   for (std::size_t s = 0; s < record.surfaces.size(); ++s) {
@@ -99,14 +100,14 @@ struct ListsOfStep {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
   }
 
-  // Calls add(i, list) for each list, which pairs a first with a second cluster. `i` is the index
-  // of this first cluster among the first clusters of all surface pairs; see ClusterOwners.
+  // Calls add(i, list) for each list. A list belongs to a pair of clusters. `i` is the index of the
+  // first of these two clusters among the first clusters of all surface pairs; see ClusterOwners.
   template <class Add>
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns the times spent on the lists of each first cluster since the last call [ns]. The ranks
-  // divide the lists among themselves according to these times.
+  // Returns for each first cluster the time spent on its lists since the last call [ns]. In the
+  // replay, the ranks divide the lists among themselves according to these times.
   std::vector<float> take_expected() {
     std::vector<float> costs(first.back(), 0.0f);
     each_list(
@@ -194,7 +195,8 @@ RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition
   const Data& d = *data_;
   RecordedTests tests;
   SharedSearch shared(d.model, d.pairs, d.boxes, decomposition, single_communicator(), n_ranks);
-  // The first search measures the costs by which the tests of the recorded step are dealt out.
+  // This search of an earlier step measures the costs according to which the tests of the recorded
+  // step are dealt to the ranks.
   if (decomposition == Decomposition::Dynamic) find(search, Team{}, shared, steps_before_deal);
   shared.record(&tests);
   for (int i = 0; i < repetitions; ++i) tests.result_bytes = find(search, Team{}, shared);

@@ -34,12 +34,13 @@ class CollisionReplay {
   // The two searches of a step: for contacts at its start, and for impacts in its motion.
   enum class Search { Contacts, Impacts };
 
-  // Measures the tests of a search that is divided among `n_ranks` ranks. Each cost is the
-  // smallest of `repetitions` measurements. In dynamic division, the tests with which the ranks
-  // start are distributed so that the sum of their costs is about the same on each rank. These
-  // costs are measured in an earlier step, whose positions are extrapolated backwards. In static
-  // division, the top-level tests are dealt to the ranks in turn. Throws InvalidInput if `n_ranks`
-  // or `repetitions` is less than 1, and Unsupported if `decomposition` is Predicted.
+  // Measures the tests of a search that is divided among `n_ranks` ranks. Each cost is the smallest
+  // of `repetitions` measurements. In dynamic division, the tests with which the ranks start are
+  // distributed so that the total cost of these tests and of those that follow from them is about
+  // the same on each rank. These costs are measured in an earlier step, whose positions are
+  // extrapolated backwards. In static division, the top-level tests are dealt to the ranks in turn.
+  // Throws InvalidInput if `n_ranks` or `repetitions` is less than 1, and Unsupported if
+  // `decomposition` is Predicted.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 

@@ -71,8 +71,8 @@ struct CollisionStage::Data {
     return own;
   }
 
-  // Returns the totals of `contacts` over all ranks, each of which may know only some contacts.
-  // Collective if contacts are divided.
+  // Returns the totals of the `contacts` of all ranks together. Collective if contacts are divided
+  // among ranks.
   ContactTotals joined_totals(const std::vector<Contact>& contacts) const {
     if (!selection) return totals_of(model, contacts);
     const ContactTotals own = totals_of(model, counted(contacts));
@@ -113,7 +113,7 @@ struct CollisionStage::Data {
   std::int64_t known_update = -1;  // -1: no contacts are known from lists
   Points known_x;
   KnownStrengths strengths;                   // strengths of the contacts in `known`
-  ContactSet returned;                        // the last result that was not `known` itself
+  ContactSet returned;                        // last result that is stored apart from `known`
   const ContactTotals* totals = nullptr;      // totals of the contacts returned last
   std::optional<ContactSelection> selection;  // contacts that this rank keeps; nullopt: all
   mutable GatherRoom anchor_room;

@@ -26,10 +26,11 @@
 namespace loomstone {
 
 // Collision stage of a simulation. Caches trees, neighbour lists and contacts between calls. The
-// caches affect speed, not results. The ranks divide the search among themselves. Each of them
-// receives all impacts and, unless divide() has been called, all contacts. With the decomposition
-// "predicted", each rank keeps a part of the neighbour lists and tests their pairs. With the other
-// decompositions, the ranks traverse the trees of a SharedSearch or, in approach(), of BroadPhase.
+// caches affect speed, not results. The ranks divide the searches for contacts and impacts among
+// themselves. Each rank receives all impacts and, unless divide() has been called, all contacts.
+// With the decomposition "predicted", each rank tests the pairs in its part of the neighbour lists
+// and searches its share of the surface pairs without lists. With the other decompositions, the
+// ranks traverse the trees of a SharedSearch or, in approach(), of BroadPhase.
 class CollisionStage {
  public:
   // All decompositions give the same results.
@@ -50,9 +51,11 @@ class CollisionStage {
   // surfaces from separating. The Tangle is empty if there are no intersections.
   Tangle find_tangle(const Points& x0);
 
-  // Collective. Returns the contacts closer than their thickness at x0, except those that `tangle`
-  // ignores, sorted by (kind, a, b). x0 contains the vertices of all surfaces. The returned
-  // reference is valid until the next call of proximity(), proximity_alone() or all_contacts().
+  // Collective. Returns the contacts at x0, sorted by (kind, a, b), except those that `tangle`
+  // ignores. A contact is closer than its thickness. Two edges have a contact only if their closest
+  // points lie inside both edges. For smooth surfaces, see CollisionSurface::smooth. x0 contains
+  // the vertices of all surfaces. The returned reference is valid until the next call of
+  // proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
   // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
   // if contacts are divided, or if there are several ranks and x0 differs from that of the last
@@ -63,12 +66,13 @@ class CollisionStage {
   // proximity(). Otherwise works like proximity_alone().
   const std::vector<Contact>& all_contacts(const Team& team, const Points& x0,
                                            const Tangle& tangle);
-  // Totals, over all ranks, of the contacts found by the last call of proximity(),
-  // proximity_alone() or all_contacts().
+  // Totals, over all ranks, of the contacts that the last call of proximity(), proximity_alone() or
+  // all_contacts() found, without those that its `tangle` ignores.
   const ContactTotals& totals() const;
 
   // Collective. Returns the pairs that may come closer than their thickness in the step of
-  // `motion`. At events, asynchronous steps evaluate the contacts of these pairs.
+  // `motion`, except those that `tangle` ignores. At events, asynchronous steps evaluate the
+  // contacts of these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
 
@@ -90,21 +94,22 @@ class CollisionStage {
 
   // Collective if contacts are divided. Updates the friction anchors of all contacts after the
   // motion x0 -> x1. `made` must be the terms that terms() returned for `contacts`. Returns the
-  // energy of all contacts at x0 [J], which is the sum of ContactTerms::energy() over the ranks if
-  // contacts are divided.
+  // energy [J] at x0 of the normal forces and friction anchors of all contacts. If contacts are
+  // divided, it is the sum of ContactTerms::energy() over the ranks.
   double update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                         const Points& x0, const Points& x1, ContactState& state) const;
 
   // Responds to contacts by impulses, which correct the end positions of cloth and bodies. Features
-  // in contact stop approaching, gradually regain their thickness and are subject to friction.
-  // Intersecting features are pushed apart.
+  // in contact stop approaching, gradually regain almost their thickness and are subject to
+  // friction. Intersecting surfaces are moved apart; see response/untangling.h.
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 
-  // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no new
-  // intersection, unless CertifyReport::unresolved is positive. Moves cloth vertices individually
-  // and each body as a whole. Prescribed vertices keep their motion. If `bodies` is empty, rigid
-  // bodies also keep their motion.
+  // Collective. Corrects x1, and the end poses of `bodies`, so that the motion x0 -> x1 has no
+  // impact (see ImpactSearch::find()) and x1 has no new intersection, unless
+  // CertifyReport::unresolved is positive. Moves cloth vertices individually and each body as a
+  // whole. Prescribed vertices and obstacles keep their motion. If `bodies` is empty, rigid bodies
+  // also keep their motion.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

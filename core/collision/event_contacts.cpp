@@ -162,9 +162,10 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
                              : contact_normal_edge_edge(points, closest, Vec3::Zero());
   event.at_end = !vertex_face && !closest.interior;
   event.to_cross = event.at_end ? motion_to_cross(points, event.thickness) : 0.0;
-  // If the features have passed through each other, they are pushed back to their previous side. A
-  // vertex that has moved around the border of a face has not passed through it. Edges that have
-  // rotated through the parallel position have not passed through each other.
+  // The features count as passed through each other if side_of() and the contact normal have both
+  // reversed. They are then pushed back to their previous side. While a vertex moves around the
+  // border of a face, its side is unknown (0). Edges that rotate through the parallel position
+  // reverse side_of(), but not the contact normal.
   const std::int8_t side = closest.interior ? side_of(which.kind, points) : std::int8_t{0};
   Vec3& last = normal_[pair];
   if (side_[pair] != 0 && side == -side_[pair] && event.normal.dot(last) < 0.0)
@@ -187,11 +188,11 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
   return event;
 }
 
-// Returns the largest total weight [1] of three groups: the free vertices of the first feature,
-// those of the second feature, and the body with its attached vertices. A pair regains its
-// thickness at a speed in proportion to this weight, which is at most 1. If this speed were the
-// same for all pairs, free vertices with small weights would get large velocities. Returns 1 if no
-// vertex of the pair is attached to Event::body.
+// Returns the largest magnitude of the total weights [1] of three groups: the free vertices of the
+// first feature, those of the second feature, and the body with its attached vertices. A pair
+// regains its thickness at a speed in proportion to this magnitude, which is limited to 1. If this
+// speed were the same for all pairs, free vertices with small weights would get large velocities.
+// Returns 1 if no vertex of the pair is attached to Event::body.
 double EventContacts::movable(const Event& event, Index pair) const {
   if (event.with_body == 0) return 1.0;
   const int n_a = pairs_[pair].kind == ContactKind::VertexFace ? 1 : 2;

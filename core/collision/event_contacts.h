@@ -1,10 +1,11 @@
 // Contacts at events within a step (core/base/event_motion.h). An impulse with Coulomb friction
 // ([Thomaszewski2010], (2.58), (2.59)) stops the approach of a pair that is closer than its
 // thickness, and the pair then regains its thickness slowly. Each pair is evaluated again when it
-// may be closer than its thickness, but no sooner than after the shortest step of its vertices. Two
-// edges push each other only if their closest points lie inside both edges. Otherwise an end vertex
-// of one edge is closest to the other edge, and the pairs of this vertex with the faces at the
-// other edge are at least as close. Implements the second stage of [Thomaszewski2010], 4.3.
+// may be closer than its thickness, but in nested steps no sooner than after the shortest time
+// between events of its cloth vertices. Two edges push each other only if their closest points lie
+// inside both edges. Otherwise an end vertex of one edge is closest to the other edge, and the
+// pairs of this vertex with the faces at the other edge are at least as close. Implements the
+// second stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>
@@ -33,8 +34,8 @@ class EventContacts {
   // Sets the pairs to evaluate in a step. Vertices of obstacles follow the expected motion. The
   // arrays of `motion` must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins or repeats the step, which is divided into n_ticks ticks of equal length. `n_ticks` is 0
-  // if the events come from a queue.
+  // Begins or repeats the step. `n_ticks` is the number of ticks of equal length into which the
+  // step is divided, or 0 if the events come from a queue.
   void begin(Index n_ticks);
   // Evaluates the pairs that are due at the start of a tick and applies their impulses. All events
   // of vertices lie at boundaries of ticks.
@@ -98,10 +99,12 @@ class EventContacts {
   std::vector<std::array<Index, 4>> vertices_;  // (pairs) see pair_vertices()
   // (pairs) Side of the first feature as defined by side_of(): 1 or -1; 0: unknown.
   std::vector<std::int8_t> side_;
-  // (pairs) Contact normal at the last evaluation or, before the first one, at the start.
+  // (pairs) Contact normal at the last evaluation in this step. Before the first evaluation:
+  // ApproachingPair::normal.
   std::vector<Vec3> normal_;
   Index n_ticks_ = 1;
-  // (n_ticks + 1) Pairs due at the start of each tick; last entry: pairs not due in this step.
+  // (n_ticks + 1) Pairs due at the start of each tick. Last entry: pairs that begin() found not due
+  // in this step.
   std::vector<std::vector<Index>> due_;
   // Used with a queue: the pairs of each free cloth vertex, the time from which each pair is due
   // [s], and the pairs of the current event.

@@ -18,7 +18,7 @@ void check_coils(const MagneticModel& model, const CarrierPlaces& start);
 // the carrier is empty or unknown, and Unsupported if the carrier deforms.
 struct Stand {
   Index carrier = 0;
-  RigidPose local;  // relative to the body's centre of mass or the obstacle's origin
+  RigidPose local;  // see CarriedMagnet::local
 };
 Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
                  const std::string& where);

@@ -11,8 +11,8 @@ namespace loomstone {
 namespace {
 
 // Returns the force between two coaxial dipoles with the moments of the bodies [N]. Their distance
-// is that of the bodies, but at least the larger radius. This force sets the absolute scale of the
-// force tolerance.
+// is that of the bodies, but at least the larger of the two radii. Errors of forces are tolerated
+// relative to at least a tenth of this force.
 double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
   const double apart = std::max(
       {(a.pose.position - b.pose.position).norm(), a.source->radius(), b.source->radius()});

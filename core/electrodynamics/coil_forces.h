@@ -1,4 +1,4 @@
-// Forces per ampere between coils and magnets at one instant.
+// Forces per ampere of coil current at one instant, between coils and magnets and among coils.
 //
 // Let G be the force per ampere on a coil. At the current i, the coil feels i G. By conservation of
 // momentum, the magnets and other coils that exert this force together feel -i G. Kicks (kick.h)

@@ -162,8 +162,9 @@ Couplings Kick::couplings(const Vector& acting_currents) const {
 
 // Solves (c L / tau + R) i_m + E(i_m) = c L i / tau + V - M di_g / tau for i_m, with the symbols of
 // kick.h and CircuitSystem. di_g is the change of the given currents in the kick. The back-EMF E of
-// a circuit is the power of its wrenches Couplings::felt, which are per ampere. For given
-// couplings, E is an affine function of the wrenches on the bodies, and therefore of i_m.
+// a circuit is the power of its wrenches per ampere (Couplings::felt) on bodies and scripted
+// obstacles. For given couplings, E is an affine function of the wrenches on the bodies, and
+// therefore of i_m.
 Vector Kick::acting_currents(const CircuitSystem& system, const Couplings& couplings,
                              const CarrierWrenches& wrenches) const {
   const Eigen::Index m = system.before.size();

@@ -14,7 +14,8 @@ namespace loomstone {
 // means that no source is given, which is an error.
 using MagnetSource = std::variant<std::monostate, MagneticBody, SoftBody>;
 
-// A magnet on a rigid body or obstacle, which may carry several magnets.
+// A magnet, or a body that magnetises, on a rigid body or obstacle. One rigid body or obstacle may
+// carry several magnets.
 struct Magnet {
   std::string body;  // name of the rigid body or obstacle that carries it
   MagnetSource source;

@@ -90,8 +90,8 @@ struct MagneticModel {
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
   bool acts() const;  // whether the scene has magnets, coils or bearings
   BearingAxes bearing_axes() const;
-  // Returns the carrier index, with one common index for all obstacles, because forces do not move
-  // obstacles relative to each other.
+  // Returns the carrier index of a body, and the common index n_bodies() for all obstacles. Forces
+  // between obstacles are not needed, because forces do not move obstacles.
   Index group(Index carrier) const { return std::min(carrier, n_bodies()); }
 };
 

@@ -56,8 +56,9 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
   return field;
 }
 
-// Magnetises the induced magnets, none of which may be treated as a point dipole. Bodies with
-// explicit response (Magnet::response) do not contribute to the magnetisation of others.
+// Magnetises the induced magnets, none of which may be treated as a point dipole. Magnets with
+// explicit response (Magnet::response) neither magnetise other induced magnets nor are magnetised
+// by them.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {
   std::vector<MagneticBody>& magnets = magnetised.magnets;

@@ -9,14 +9,15 @@ namespace loomstone {
 
 namespace {
 
-// Factor on the squared frequencies of bodies in contact, which allows sub-steps four times as
-// long. Such sub-steps are short enough: contacts are resolved only to first order in the sub-step
-// in any case, and friction damps the oscillations (docs/experiments/scenes.md).
+// Factor on the squared frequencies of bodies in contact. It divides their frequencies by four and
+// thus allows sub-steps four times as long. Such sub-steps are short enough: contacts are resolved
+// only to first order in the sub-step in any case, and friction damps the oscillations
+// (docs/experiments/scenes.md).
 constexpr double touching_share = 1.0 / 16.0;
 
 // Factor on the moments of induced magnets that add_spheres() does not treat. Such a moment changes
 // with the distance r from the inducing magnet, so the force can be proportional to r^-7 instead of
-// r^-4. Its relative derivative is then 7/4 times as large.
+// r^-4. The relative derivative of the force is then 7/4 times as large.
 constexpr double induced_growth = 1.75;
 
 // Returns the sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the

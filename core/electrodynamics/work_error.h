@@ -1,5 +1,6 @@
-// Error of the work that the forces between magnets and the uniform field do in the half kicks of a
-// sub-step. The work of currents is exact, because circuits lose the same energy (kick.h).
+// Error of the work done in the half kicks of a sub-step by two kinds of forces: those between
+// magnets, and those of the uniform field on magnets. The work of currents is exact, because
+// circuits lose the same energy (kick.h).
 //
 // Forces that grow as bodies approach each other do too much work in a sub-step, which appears as
 // spurious energy when the bodies meet. There are two causes. Let F0 and F1 be the forces at the

@@ -16,9 +16,9 @@ class EventCollisions {
   // queue orders the events.
   virtual void begin(Index n_ticks) = 0;
   // At the start of a tick, changes the velocities of vertices and bodies that collide. If
-  // EventMotion::ahead() of a vertex is not 0, its stored position belongs to another time, so a
-  // change of its velocity moves this position, too. The caller must move the poses of bodies in
-  // the same way.
+  // EventMotion::ahead() of a vertex is not 0, its stored position belongs to another time and
+  // depends on the velocity, so act() changes this position, too. The caller must change the poses
+  // of bodies in the same way.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
   // Does the same as act() in an event of a queue, but only for pairs of features that contain a
   // vertex of `vertices`. Prescribed vertices in this list are ignored.

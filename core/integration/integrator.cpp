@@ -51,7 +51,8 @@ double largest_bending_damping(const ClothModel& model) {
   return largest;
 }
 
-// Rate at which midpoint and BDF-2 may amplify oscillations of explicit bending [1/s].
+// Growth rate of oscillations of explicit bending above which BendingInStep::Auto makes bending
+// implicit in the midpoint rules and BDF-2 [1/s].
 constexpr double tolerated_growth = 0.01;
 
 // Returns whether bending is implicit. BendingInStep::Auto makes it implicit if explicit bending

@@ -32,9 +32,9 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 
 // Updates the friction of `terms` after the rows have moved by `displacement` in `time` [s]. Also
 // softens contacts that have pulled and, unless `keep_normal` is set, stiffens those whose gap
-// would shrink too much. On return, the terms are linearised about the start of the step. Returns
-// the relative error, over all ranks, of the forces that `terms` had before the call [1], or 1 if a
-// contact was stiffened on any rank. Collective.
+// would shrink too much (see ContactTerms::forces_after()). On return, the terms are linearised
+// about the start of the step. Returns the relative error, over all ranks, of the forces that
+// `terms` had before the call [1], or 1 if a contact was stiffened on any rank. Collective.
 using ForcesAfter = std::function<double(const Points& displacement, double time, bool keep_normal,
                                          ExtraTerms& terms)>;
 
@@ -64,17 +64,19 @@ struct StepInputs {
   const ExtraTerms* terms = nullptr;
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
-  // Called by linearised schemes after the linear solve, which is repeated if the returned error of
-  // contact forces is too large. Null, on all ranks, if no rank has terms of contacts.
+  // Called by linearised schemes after a linear solve. If the returned error of contact forces is
+  // too large, they solve again with the updated terms. Null, on all ranks, if no rank has terms of
+  // contacts.
   const ForcesAfter* forces_after = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   // (n x 3) Positions of prescribed vertices at the end [m]. The rows of other vertices are not
   // used. There are no rows if no vertex is prescribed.
   const Points* target = nullptr;
-  // True, on all ranks, if implicit schemes must take the step by backward Euler. This is so if a
-  // triangle is in a stiff phase of its strain limits (see LimitPhase), from which midpoint and
-  // BDF-2 would throw the cloth back, or if the scheme has gained more energy than is tolerated
-  // (see relative_gain() in core/sim/step/energy_account.h).
+  // True, on all ranks, if the midpoint rules and BDF-2 must take the step by backward Euler for
+  // one of two reasons: a triangle of any rank is in a stiff phase of its strain limits (see
+  // LimitPhase), or the scheme has gained more energy than is tolerated (see relative_gain() in
+  // core/sim/step/energy_account.h). In a stiff phase, the formulas of midpoint and BDF-2 would
+  // make the cloth rebound from the limit. For contacts, see in_contact().
   bool damped = false;
   // Linearised schemes multiply the tolerance of the iterative solver by this factor [1].
   double tolerance_factor = 1.0;
@@ -100,7 +102,7 @@ struct StepInputs {
 struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
-  // Relative residual of the linear solve or, in Newton schemes, of the last iterate [1].
+  // Relative residual of the last linear solve or, in Newton schemes, of the final iterate [1].
   double residual = 0.0;
   // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
@@ -149,7 +151,8 @@ class Integrator {
   // True if the scheme evaluates energies, as Newton schemes do.
   virtual bool asks_energy() const { return false; }
   // Work that scripts have done on prescribed vertices in the last call of advance() against the
-  // forces of the cloth and its loads [J]; empty if the scheme does not measure it.
+  // forces of the cloth and its loads [J]; empty if the scheme does not measure it. The change of
+  // the vertices' kinetic energy is not included.
   virtual std::optional<double> work_on_prescribed() const { return {}; }
   // Memory of the vectors of a step, of the linear solver without its preconditioner, and of the
   // preconditioner [bytes].

@@ -23,25 +23,26 @@ namespace loomstone {
 
 namespace {
 
-// If the relative error of contact forces (ContactError::relative()) is below `force_tolerance`,
-// the forces of the first solve are kept. If it is below `force_tolerance_again`, those of a later
-// solve are kept. A step has at most `most_solves` solves. These numbers are our choice. In a
-// landing, the normal forces of the first solve can be three times as large as those of the second
-// one. With `most_solves` = 2, sheets that land on a floor have up to 3.4 times the friction of
-// Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a floor stops in a
+// The contact forces of the first solve are kept if their relative error (ContactError::relative())
+// is below `force_tolerance`. Those of a later solve are kept if their relative error is below
+// `force_tolerance_again`. A step has at most `most_solves` solves. These numbers are our choice.
+// In a landing, the normal forces of the first solve can be three times as large as those of the
+// second one. With `most_solves` = 2, sheets that land on a floor have up to 3.4 times the friction
+// of Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a floor stops in a
 // single step. With `force_tolerance` = 0.1, a sheet on an incline that is 6 % steeper than
 // friction can hold starts half a second late. With `force_tolerance_again` = 0.5, a disc that
 // turns with a turntable creeps on it.
 constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
-// If later solves can follow the first one, the first one only predicts the motion of contacts. Its
-// tolerance is at least this value. Our choice: friction may have an error of a fiftieth, so a
-// tolerance of a hundredth is accurate enough.
+// With contacts, the tolerance of the first solve is at least this value, because this solve only
+// predicts the motion of contacts. The result of the step meets the full tolerance; see
+// solve_with_contacts(). Our choice: friction may have an error of a fiftieth, so a tolerance of a
+// hundredth is accurate enough.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. The tolerance is therefore relative to at least this fraction of the
-// momentum that gravity gives to freely falling cloth in the step. With the default tolerance,
-// accelerations of cloth at rest are then wrong by about 1e-5 g.
+// momentum that gravity gives to freely falling cloth in the time SchemeCoefficients::sigma. With a
+// tolerance of 1e-4, accelerations of cloth at rest are then wrong by about 1e-5 g.
 constexpr double negligible_part = 0.1;
 
 class LinearisedIntegrator final : public Integrator {
@@ -77,9 +78,10 @@ class LinearisedIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    // Length of this step divided by the length of the last step, or 1 if that is unknown. BDF-2
-    // is unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is too large, if there is no
-    // history, or if StepInputs::couples_bodies is true, midpoint takes the place of BDF-2.
+    // Length of this step divided by that of the last step, or 1 if the latter is unknown. BDF-2 is
+    // unstable for ratios above 1 + sqrt(2) = 2.41. If the ratio is at least 2.4, if there is no
+    // history, or if StepInputs::couples_bodies is true, midpoint takes the place of BDF-2. If
+    // `damp` is true, backward Euler takes the step in any case.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history =
         state.previous_x.rows() == model_.n_vertices && ratio < 2.4 && !inputs.couples_bodies;
@@ -143,8 +145,8 @@ class LinearisedIntegrator final : public Integrator {
       table->resize(step.layout.begin(), step.layout.end());
   }
 
-  // The forces on cloth at the start of the step [N], in rows of this rank. They need no table of
-  // their own, because rhs_with_terms_ is set after their last use.
+  // The forces f_ext - f_el(x) - D w on cloth (see the top of this file) [N], in rows of this rank.
+  // They need no table of their own, because rhs_with_terms_ is set after their last use.
   OwnRows& force() { return rhs_with_terms_; }
 
   // Sets u0 of a row: the displacement at which forces are evaluated if dv is zero.
@@ -247,7 +249,7 @@ class LinearisedIntegrator final : public Integrator {
   // gives the contact forces of the second solve. If the forces of the first solve were accurate
   // enough, the first solution is only refined to the full tolerance. If friction in a later solve
   // was far too large or too small for the normal forces, or if contacts pulled far more than
-  // others pushed, another solve corrects this.
+  // others pushed, another solve corrects this (see force_tolerance_again).
   Solution solve_with_contacts(const Step& step) {
     const bool asks = step.asks_forces();
     const double tolerance = step.inputs.tolerance_factor * tolerance_;
@@ -337,9 +339,9 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the geometric stiffness omits the strain that the last step neglected (see
-  // past_motion()). False if the error of steps is not bounded, because that strain also damps
-  // snapping wrinkles.
+  // True if ImplicitOptions::accuracy bounds the error of steps. The geometric stiffness then omits
+  // the strain that the last step neglected (see past_motion()). Otherwise, this strain is kept,
+  // because it also damps snapping wrinkles.
   bool corrects_stress_;
   ExplicitBending bending_;
   StepSolve solver_;

@@ -18,19 +18,21 @@ namespace loomstone {
 
 namespace {
 
-// Friction limits are updated when the residual has fallen to the fraction `roughly_known` of its
-// initial value or to the tolerance, whichever is larger. If the residual after an update exceeds
-// `limit_tolerance` times its scale (see iterate_to_tolerance()), another update follows when the
-// residual has fallen to the tolerance. A residual that is accepted as a rounding error (see
-// rounding_tolerance) counts as having fallen far enough. There are at most `most_updates` updates.
+// The friction limit of a contact is the friction coefficient times the normal force. The limits
+// are updated when the residual has fallen to the fraction `roughly_known` of its initial value or
+// to the tolerance, whichever is larger. If the residual after an update exceeds `limit_tolerance`
+// times its scale (see iterate_to_tolerance()), another update follows when the residual has fallen
+// to the tolerance. A residual that is accepted as a rounding error (see rounding_tolerance) counts
+// as having fallen far enough. There are at most `most_updates` updates.
 constexpr double roughly_known = 0.1, limit_tolerance = 0.02;
 constexpr int most_updates = 8;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
-// A residual that no Newton step lowers is accepted if both the residual and `default_tolerance`
-// times its scale (see iterate_to_tolerance()) are at most `rounding_tolerance` times its rounding
-// error. Our choice: residuals that no Newton step lowers are one to three times this error.
+// If iterate() takes no Newton step, the residual is accepted if both the residual and
+// `default_tolerance` times its scale (see iterate_to_tolerance()) are at most `rounding_tolerance`
+// times its rounding_error(). Our choice: the residuals in such cases are one to three times this
+// error.
 constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {
@@ -135,13 +137,12 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual is at most the tolerance times `scale`, or until no Newton step
-  // lowers it and it is accepted as a rounding error (see rounding_tolerance). Without loads, for
-  // example, `scale` itself may be a rounding error; no residual then meets the tolerance. `scale`
-  // is the norm of the first residual plus that of the impulse of the loads. Friction limits use
-  // the normal forces at the start of the time step until the residual has fallen as roughly_known
-  // describes, and then those of the last update. Throws NewtonFailure if the iteration does not
-  // converge.
+  // Iterates until the residual is at most the tolerance times `scale`, or until it is accepted as
+  // a rounding error (see rounding_tolerance). `scale` is the norm of the first residual plus that
+  // of the impulse of the loads. Without loads, for example, `scale` itself may be a rounding
+  // error; no residual then meets the tolerance. Friction limits use the normal forces at the start
+  // of the time step until the residual has fallen as roughly_known describes, and then those of
+  // the latest update. Throws NewtonFailure if the iteration does not converge.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -188,10 +189,11 @@ class NewtonIntegrator final : public Integrator {
     return true;
   }
 
-  // Line search. Accepts a step by its residual (see least_gain) or because it lowers the
-  // potential. The second criterion is needed near buckling, where the residual must first grow on
-  // the way to the solution. Neither criterion allows cycles. The combination is our choice.
-  // Returns false if no fraction of the Newton step down to `least` is accepted.
+  // Line search. Tries the fractions 1, 1/2, 1/4 ... of the Newton step, down to `least`. Accepts
+  // a fraction by its residual (see least_gain) or because it lowers the potential. The second
+  // criterion is needed near buckling, where the residual must first grow on the way to the
+  // solution. Neither criterion allows cycles. The combination is our choice. Returns false if no
+  // fraction is accepted.
   bool search(const Step& step, double least) {
     for (length_ = 1.0; length_ >= least; length_ /= 2) {
       trial_.velocity = now_.velocity + length_ * correction_;
@@ -278,7 +280,7 @@ class NewtonIntegrator final : public Integrator {
     return std::sqrt(layout.sum(sums));
   }
 
-  // Displacement at which forces are evaluated.
+  // Displacement at which forces are evaluated. `velocity` is that at the end of the step.
   Points displacement(double h, const Points& velocity) const {
     return midpoint_ ? Points(h / 4 * (start_velocity_ + velocity)) : Points(h * velocity);
   }

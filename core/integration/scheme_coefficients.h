@@ -36,7 +36,7 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1
   return {reach, reach * reach, reach, reach, h, ratio * ratio / (1 + 2 * ratio)};
 }
 
-// Scaling of the rows of free bodies in the linear system. For every scheme, bodies move by
+// Scaling of the rows of rigid bodies in the linear system. For every scheme, bodies move by
 // symplectic Euler: they receive the impulse h f of the force f, and then move by h v+ at the new
 // velocity v+ = v + dv. Let d be the `time` of the scheme. Forces on a body must be evaluated at
 // its displacement d v + d dv, but the system evaluates them at d v + (c_k / sigma) y in a row with

@@ -18,7 +18,8 @@ class Block {
       : matrix_(matrix), begin_(begin), end_(end), of_row_(of_row), links_(end - begin) {}
 
   // Groups the rows into aggregates, which are numbered from `first` on. An aggregate of less than
-  // half the target size joins a neighbour, if there is one. Returns the next free number.
+  // half of grown_size joins the earlier aggregate of the block to which it has the most couplings,
+  // if there is one. Returns the next free number.
   Index grow(Index first) {
     Index next = first;
     for (Index seed = begin_; seed < end_; ++seed) {

@@ -294,10 +294,11 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
   return wanted;
 }
 
-// Adds the couplings of terms. Couplings whose terms have vanished are kept until they outnumber
-// those that have terms by more than 64, because separated layers often touch again. The blocks of
-// couplings without terms are zero and do not change results. The ranks exchange couplings and
-// rebuild the levels only if a rank lacks a coupling or has too many couplings without terms.
+// Adds the couplings of terms to couplings_. Couplings whose terms have vanished are kept until
+// they outnumber those that have terms by more than 64, because separated layers often touch again.
+// The blocks of couplings without terms are zero and do not change results. The ranks exchange
+// couplings and rebuild the levels only if a rank lacks a coupling or has too many couplings
+// without terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   const Communicator& ranks = system.layout->communicator();

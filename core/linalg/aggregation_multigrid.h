@@ -11,9 +11,9 @@
 // The first level is distributed unless it is the coarsest: every rank computes the aggregates of
 // its own rows. From other ranks, it gets the residual of the aggregates to which its own are
 // coupled (the halo). All other levels are replicated: the residual of the first of them is
-// gathered, and all ranks do the same work. The residual r of the aggregates follows the steps of
-// conjugate gradients, r -= alpha q, where q is the sum of A p over the rows of an aggregate. The
-// halo of q can thus be exchanged while p . A p is summed over the ranks.
+// gathered, and all ranks do the same work. The residual r of the aggregates is updated in the
+// steps of conjugate gradients, r -= alpha q, where q is the sum of A p over the rows of an
+// aggregate. The halo of q can thus be exchanged while p . A p is summed over the ranks.
 #pragma once
 
 #include <vector>
@@ -41,17 +41,19 @@ class AggregationMultigrid {
   void set_pattern(const BlockMatrix& matrix, const RowLayout& layout);
   // Computes the coarse matrices by summing the blocks of free cloth rows and columns, including
   // those of terms. Rebuilds the levels if terms couple aggregates that neither the matrix nor
-  // earlier terms couple, or if too many couplings of earlier terms are unused. `halo` contains the
-  // rows that the matrix and the terms couple to owned rows. Collective.
+  // earlier terms couple, or if too many couplings of earlier terms are unused. Inverts the
+  // diagonal blocks and factorises the coarsest matrix; see usable(). `halo` contains the rows that
+  // the matrix and the terms couple to owned rows. Collective.
   void prepare(const Team& team, const LinearSystem& system, const Halo& halo);
 
   // Returns false if the coarsest matrix or a diagonal block of any level is not positive definite.
   // In that case there is no correction.
   bool usable() const { return usable_; }
 
-  // Number of slots, which are not those of SlicedEllpack. Each aggregate has one slot. Each block
-  // of rows has one additional slot, for its rows that are summed in no aggregate (fixed rows,
-  // bodies) and for the empty lanes of its slices.
+  // Number of slots. A slot is a place in SlotVectors to which rows are summed; SlicedEllpack uses
+  // the word for something else. Each aggregate has one slot. Each block of rows has one additional
+  // slot, for its rows that are summed in no aggregate (fixed rows, bodies) and for the empty lanes
+  // of its slices.
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }

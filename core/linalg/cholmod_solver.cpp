@@ -185,8 +185,8 @@ class DirectSolver final : public LinearSolver {
                                 : Vec3(b.row(row).transpose() - product_.segment<3>(4 * row));
   }
 
-  // Copies the matrix to the compressed columns, with fixed rows and columns replaced by those of
-  // the identity. The pattern does not change.
+  // Copies the lower triangle of whole_ to the compressed columns, with fixed rows and columns
+  // replaced by those of the identity. The pattern does not change.
   void fill_columns(const LinearSystem& system) {
     double* entry = entries_.data();
     for (Index j = 0; j < whole_.n_rows(); ++j)

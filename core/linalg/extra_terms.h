@@ -19,8 +19,9 @@ struct TermEntry {
   Index row = -1;
   // For a translation, J v = weight v. For a rotation, J omega = weight (omega x arm).
   bool rotation = false;
-  double weight = 0.0;      // [1]
-  Vec3 arm = Vec3::Zero();  // point of the body relative to its centre [m]
+  double weight = 0.0;  // [1]
+  // For a rotation: point of the body relative to its centre, in world axes [m].
+  Vec3 arm = Vec3::Zero();
 
   Vec3 apply(const Vec3& row_velocity) const {  // returns J v
     return rotation ? Vec3(weight * row_velocity.cross(arm)) : Vec3(weight * row_velocity);
@@ -62,9 +63,9 @@ struct ExtraTerm {
 
 // Ways to evaluate terms after the rows have moved. Derivative: the gradient and H are derivatives
 // of the potential. Secant: like Derivative, but the friction in H is the curvature of a paraboloid
-// that touches the potential of friction from above. NewLimits: like Derivative, but with new
-// friction limits. These limits stay constant until the next NewLimits request, so that the terms
-// have a potential.
+// that touches the potential of friction from above. NewLimits: like Derivative, but first sets the
+// friction limits to the friction coefficients times the normal forces after the motion. These
+// limits stay constant until the next NewLimits request, so that the terms have a potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 // Terms of contacts are sorted by (kind, a, b) of their Contact (core/collision/model/contact.h).

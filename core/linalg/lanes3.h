@@ -64,7 +64,7 @@ LOOMSTONE_INLINE auto high_half(const Vector& a) {
     return __builtin_shufflevector(a, a, 4, 5, 6, 7);
 }
 
-// Gathers eight rows of v, which has four numbers per row.
+// Gathers the eight rows of v with the indices `rows`. v has four numbers per row.
 template <class Vector, class Scalar>
 LOOMSTONE_INLINE Lanes3<Vector> gather_rows(const Index* rows, const Scalar* v) {
   Vector pair[4];  // rows l and l + 4 side by side

@@ -23,7 +23,8 @@ struct LinearSystem {
   // cloth rows. Each rank needs only the rows that it owns. If the pattern changes between two
   // solves with the same SolveMemory, it must change on all ranks.
   const BlockMatrix* matrix = nullptr;
-  // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body). May be null.
+  // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body); null if
+  // there are no bodies.
   const std::vector<Mat3>* body_blocks = nullptr;
   const ExtraTerms* terms = nullptr;                 // may be null
   double term_scale = 0.0;                           // factor of every H (h^2 for backward Euler)
@@ -111,9 +112,9 @@ class LinearSolver {
   // needed in b. On entry, x is the initial guess on free rows and the prescribed value on fixed
   // rows. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
   // of system, b and x disagree, Unsupported on several ranks if the method runs only on one,
-  // StepFailure if the matrix is not positive definite or not finite, and a SolverFailure that is
-  // no StepFailure if b or a prescribed value is not finite or memory runs out. Iterative solvers
-  // replace an initial guess that is not finite by zero.
+  // StepFailure if the solver finds that the matrix is not finite or not positive definite, and a
+  // SolverFailure that is no StepFailure if b or a prescribed value is not finite or memory runs
+  // out. Iterative solvers replace an initial guess that is not finite by zero.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const RowsIn& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

@@ -18,7 +18,7 @@ constexpr Index chunks_of_product_a_task = 2;  // minimum work of a task of mult
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
 // nodes, because the eigenvalues of D^-1 A, with the diagonal blocks D, are then below four. For
 // elements or terms that couple more nodes, convergence is not guaranteed. If a V-cycle is
-// indefinite, its correction is dropped.
+// indefinite, Preconditioner::complete() drops the multigrid correction.
 constexpr double damping = 0.5;
 
 std::size_t node_at(Index node) { return 4 * static_cast<std::size_t>(node); }
@@ -52,8 +52,8 @@ LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, c
 }
 
 // Divides [begin, end) into chunks of `chunk` indices, of which only the last may be shorter. Calls
-// body(first, last) in parallel on ranges of at least `least_a_task` chunks; only the last range
-// may have fewer.
+// body(first, last) in parallel for ranges of indices. A range consists of at least `least_a_task`
+// chunks; only the last range may have fewer.
 template <class Body>
 void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& body,
                Index least_a_task = chunks_a_task) {

@@ -19,8 +19,9 @@ unsigned invert(double* blocks);
 void add_up(Index first, Index last, const Index* slots, const float* v, float* sums);
 void add_up(Index first, Index last, const Index* slots, const double* v, double* sums);
 
-// Arguments of update_direction(), which computes x += length p, then p = z + correction + beta p,
-// on the rows of slices [first, last).
+// SliceRows, DirectionFactors and PreconditionedResidual are the arguments of update_direction(),
+// which computes x += length p, then p = z + correction + beta p, on the rows of slices
+// [first, last).
 struct SliceRows {
   Index first, last;
   const Index *rows, *slots;  // (all slices x 8)

@@ -66,8 +66,8 @@ struct PcgMemory {
   // The larger of least_norm() and the norm of the residual for x = 0 on free rows.
   double b_norm = 0.0;
   // True if the last solve ended in single precision, by a tolerance that is looser than the
-  // solver's own. x, b_norm, terms and the vectors of `single` then belong to the last step of that
-  // solve.
+  // solver's own. x, b_norm, terms and the vectors of `single` then have the values at the end of
+  // that solve.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };

@@ -54,8 +54,8 @@ class Preconditioner {
   // (slices x 8) Slot of each lane in correction().
   const Index* slots() const { return slots_.data(); }
 
-  // Sums the residual r of slices [first, last) into the residual of the coarse levels. The slices
-  // must form one block of rows.
+  // If there is a multigrid correction, sums the residual r of slices [first, last) into the
+  // residual of the coarse levels. The slices must form one block of rows.
   template <class Scalar>
   void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
     if (uses_levels_)
@@ -98,8 +98,9 @@ class Preconditioner {
   // Completes the preconditioned residual, and returns the products of r. On entry, z is r times
   // the inverse diagonal blocks, and `square` is r . z on the owned rows. Gauss-Seidel replaces z.
   // Multigrid computes the correction from the residual of the coarse levels and does not change z.
-  // It computes `whole` during the V-cycle, so that no further sum over all ranks is needed.
-  // complete_product() then computes r . P^-1 r again, from the correction itself. Collective.
+  // It computes Products::whole during the V-cycle, so that no further sum over all ranks is
+  // needed. complete_product() then computes r . P^-1 r again, from the correction itself.
+  // Collective.
   template <class Scalar>
   Products complete(const RowLoops& loops, BinnedSum square, const std::vector<Scalar>& r,
                     std::vector<Scalar>& z);

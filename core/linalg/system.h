@@ -35,8 +35,8 @@ void multiply_system(const LinearSystem& system, const TermRows& terms, Index be
                      const double* x, double* y);
 
 // To be called on all ranks if a product or norm is not finite. Throws SolverFailure, whose message
-// names the first row of b or x that is not finite, or StepFailure if all these rows are finite.
-// Collective.
+// names the first row of b or x that is not finite, or StepFailure if all rows of b and x are
+// finite. Collective.
 [[noreturn]] void throw_not_finite(const LinearSystem& system, const RowsIn& b, const Points& x);
 
 // Throws StepFailure on all ranks if a rank has found a row whose diagonal block is not positive

@@ -79,8 +79,9 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side give the requested number of triangles. The loops try the
-  // two whole numbers of cells next to width / side, and those next to height / side.
+  // Square cells with this side give the requested number of triangles. The loops combine the two
+  // whole numbers on either side of width / side with those on either side of height / side. No
+  // number is less than 1.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();

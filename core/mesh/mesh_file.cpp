@@ -73,9 +73,9 @@ Array as_rows(const std::vector<Value>& values) {
       Array::ColsAtCompileTime);
 }
 
-// Replaces the triangles of each polygon, which form a fan about its first corner, by those of
-// split_polygon(). The new triangles may differ if some of the fan overlap or have no area. Throws
-// CacheError if split_polygon() returns none.
+// On entry, the triangles of each polygon are a fan about its first corner. Replaces them by those
+// of split_polygon(), which differ only if triangles of the fan overlap or have no area. Throws
+// CacheError if split_polygon() returns no triangles.
 void split_concave(RawMesh& raw, const std::string& path) {
   for (const RawMesh::Polygon& polygon : raw.polygons) {
     // Returns the entries of `triangles` for the corners of the polygon, each corner once.

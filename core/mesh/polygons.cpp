@@ -72,9 +72,9 @@ std::vector<std::array<int, 3>> split_polygon(const std::vector<Vec3>& corners) 
   }
   const double least = rounding * squares;
   // There is no plane to project on if the area vector vanishes or is not finite. If it vanishes
-  // although a triangle has an area, the outline crosses itself. Otherwise, the triangles are
-  // returned unchecked, because TriangleMesh rejects triangles without area and coordinates that
-  // are not finite.
+  // although a triangle of the fan has an area, the outline crosses itself, and the result is
+  // empty. Otherwise, the fan is returned unchecked, because TriangleMesh rejects triangles without
+  // area and coordinates that are not finite.
   if (!(area.norm() > least)) {
     const auto has_area = [&](const std::array<int, 3>& t) {
       const Vec3& origin = corners[t[0]];

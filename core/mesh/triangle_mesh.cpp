@@ -86,7 +86,8 @@ Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
   const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0),
              x2 = corner(mesh, t, 2) - corner(mesh, t, 0);
-  // The vector in parentheses is dx/du times the determinant of (a, b), which is positive.
+  // The vector in parentheses is dx/du times the determinant of (a, b). This determinant is
+  // positive, because rest coordinates have positive areas.
   return (x1 * b.y() - x2 * a.y()).normalized();
 }
 

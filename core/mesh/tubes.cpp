@@ -115,7 +115,8 @@ void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double 
 }
 
 // Extends the profile by a semicircle of radius `lip` about `centre`, counter-clockwise from
-// `angle` (0 along +radius, pi/2 along +z). The last new point is the end of the semicircle.
+// `angle` (0 along +radius, pi/2 along +z), in steps of about `step`, but in 4 to 16 steps. The
+// last new point is the end of the semicircle.
 void lip_to(std::vector<ProfilePoint>& profile, const ProfilePoint& centre, double lip,
             double angle, double step) {
   const int n = std::clamp(static_cast<int>(std::round(M_PI * lip / step)), 4, 16);

@@ -7,10 +7,10 @@
 
 namespace loomstone {
 
-// Collective. If any rank has a failure, all ranks throw the error of the lowest such rank, with
-// the same text and type, except that a NewtonFailure becomes a StepFailure. An exception that is
-// not a loomstone::Error becomes an Error, whose text gives advice in the case of std::bad_alloc.
-// Returns if `failure` is null on every rank.
+// Collective. If any rank has a failure, all ranks throw the error of the lowest such rank. The
+// type of the error stays the same, with two exceptions: a NewtonFailure (integrator.h) becomes a
+// StepFailure, and an exception that is not a loomstone::Error becomes an Error. The text stays the
+// same, too, but for std::bad_alloc it gives advice. Returns if `failure` is null on every rank.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 
 // Collective. Runs `body` on this rank. If `body` throws on any of several ranks, all ranks throw

@@ -1,6 +1,6 @@
 // Communication between the ranks of one simulation. A single rank needs no MPI. Several ranks use
-// the MPI plug-in, which is loaded on demand. All communication is collective, except exchanges
-// between neighbours, abort() and the messages of a Mailbox.
+// the MPI plug-in, which is loaded on demand. All communication is collective, except exchange(),
+// start_exchange(), abort() and the messages of a Mailbox.
 #pragma once
 
 #include <cstddef>
@@ -82,7 +82,8 @@ class Communicator {
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
-  // Text of the last failure that the ranks agreed on; empty if there was none, and without MPI.
+  // Returns the text of the latest failure on which the ranks agreed. It is empty if there has been
+  // none, and always without MPI.
   virtual std::string agreed() const { return {}; }
   // Traffic of this rank; zero without MPI.
   virtual Traffic traffic() const { return {}; }

@@ -26,7 +26,7 @@ namespace {
 constexpr int exchange_tag = 4711;
 constexpr std::chrono::seconds grace{10};  // longest time that a failed rank waits for the others
 // Largest size of a message [bytes]. It is limited because MPI counts are ints. Broadcasts, gathers
-// and exchanges send larger data in parts.
+// and exchanges send larger data in parts. Messages of a mailbox and sums are far smaller.
 constexpr std::size_t largest_message = std::size_t{1} << 30;
 
 void wait_for(MPI_Request& request) {
@@ -90,8 +90,8 @@ class MpiMailbox final : public Mailbox {
   }
   ~MpiMailbox() override {
     if (finalised()) return;
-    // The last messages of a run are short and may remain unread. MPI sends short messages eagerly,
-    // so sending them completes without a receiver.
+    // The last messages through a mailbox may remain unread, but they are short. MPI sends short
+    // messages eagerly, so sending them completes without a receiver.
     for (Sent& sent : sent_) wait_for(sent.request);
     MPI_Comm_free(&comm_);
   }

@@ -4,8 +4,8 @@
 #include "core/parallel/communicator.h"
 
 extern "C" {
-// Returns a new communicator that duplicates `fortran_handle` (-1: MPI_COMM_WORLD) and that the
-// caller must delete. On failure, returns null and sets *problem to a message.
+// Duplicates the MPI communicator with the given Fortran handle (-1: MPI_COMM_WORLD). Returns a new
+// object, which the caller must delete. On failure, returns null and sets *problem to a message.
 using LoomstoneMakeCommunicator = const loomstone::Communicator* (*)(int fortran_handle,
                                                                      const char** problem);
 }

@@ -26,9 +26,10 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr int question_tag = 1, answer_tag = 2;
-// Limits of patience_, the longest time for which a watch waits for answers to its roll call. This
-// time is doubled if a lower rank has exceeded the time-out, too. Even if all ranks answer at once,
-// the watch waits for shortest_patience before it ends the job. Our choice.
+// Limits of patience_, the longest time for which a watch waits for answers to its roll call (see
+// call_roll()). The watch waits twice as long if a lower rank has exceeded the time-out, too. Even
+// if all ranks answer at once, the watch waits for shortest_patience before it ends the job. Both
+// limits are our choice.
 constexpr Seconds shortest_patience{1.0}, longest_patience{10.0};
 constexpr Seconds longest_tick{0.05};
 // MPI_Abort itself can hang: it may wait for an unreachable host or, in MPICH, for the thread that
@@ -228,7 +229,8 @@ class MpiWatch::Thread {
     return flag != 0;
   }
 
-  // Sends the number of the roll call without waiting for the receiver, which may be unreachable.
+  // Asks a rank for its answer: sends it the number of the roll call. Does not wait until the
+  // message is received, because the rank may be unreachable.
   void ask(int rank) {
     Sent& sent = sent_.emplace_back(Sent{Answer{call_, 0, 0.0}, MPI_REQUEST_NULL});
     MPI_Isend(&sent.content.call, 1, MPI_INT, rank, question_tag, comm_, &sent.request);

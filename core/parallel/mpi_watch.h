@@ -16,9 +16,10 @@ inline constexpr int timeout_exit_code = 75;
 double mpi_timeout();
 
 // A thread that observes the waits of this rank and answers the watches of the other ranks. If a
-// wait exceeds the time-out, the watch asks all ranks what they are doing. The lowest rank that has
-// waited longer than the time-out names the ranks that do not answer or do not communicate, with
-// their hosts, and aborts all ranks. Requires MPI_THREAD_MULTIPLE.
+// wait exceeds the time-out, the watch asks all ranks what they are doing. If the wait then still
+// continues, the lowest rank that has waited longer than the time-out ends the job: it prints which
+// ranks do not answer or do not communicate, with their hosts, and aborts all ranks. If it does not
+// do so in time, another rank that has waited too long ends the job. Requires MPI_THREAD_MULTIPLE.
 class MpiWatch {
  public:
   // Collective over the communicator with this Fortran handle. The watch communicates through a
@@ -28,7 +29,7 @@ class MpiWatch {
   MpiWatch(const MpiWatch&) = delete;
   MpiWatch& operator=(const MpiWatch&) = delete;
 
-  // Marks the time during which this rank waits for others in one operation.
+  // An object that exists while this rank waits for other ranks in one operation.
   class Wait {
    public:
     explicit Wait(const MpiWatch* watch);  // null: no time-out

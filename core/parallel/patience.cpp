@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Polling time if LOOMSTONE_MPI_SPIN is not set [us]. Our choice, meant to exceed the waits within
-// a linear solve if each rank has its own processor.
+// Polling time if LOOMSTONE_MPI_SPIN is unset or empty [us]. Our choice, meant to exceed the waits
+// within a linear solve if each rank has its own processor.
 constexpr WaitTime default_polling{100.0};
 // Shortest sleep [us]. Our choice: waking up takes tens of microseconds, so shorter sleeps would
 // save little processor time.
@@ -22,8 +22,8 @@ constexpr WaitTime shortest_sleep{20.0};
 // of another rank, takes little processor time.
 constexpr WaitTime longest_sleep{200.0};
 constexpr double sleep_share = 0.25;  // length of a sleep, as a fraction of the time waited
-// If ranks share processors, a thread yields for at most this time before it sleeps [us]. Our
-// choice, meant to exceed the waits for the next message of a linear solve.
+// If ranks share processors, a thread yields between polls until its wait has lasted for this time
+// [us]. Our choice, meant to exceed the waits for the next message of a linear solve.
 constexpr WaitTime longest_yielding{1000.0};
 
 std::atomic<bool> processors_are_shared = false;

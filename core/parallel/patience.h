@@ -16,7 +16,7 @@ using WaitTime = std::chrono::duration<double, std::micro>;
 
 // Returns the time for which a thread polls before it sleeps. It is the value of the environment
 // variable LOOMSTONE_MPI_SPIN [us] at the first call, or 100 us if the variable is unset or empty.
-// The result is negative if the variable is not a finite number >= 0.
+// If the variable has a value that is not a finite number >= 0, the result is negative.
 WaitTime polling_time();
 
 // Action of a thread between two polls.

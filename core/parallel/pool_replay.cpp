@@ -20,15 +20,17 @@ constexpr double never = std::numeric_limits<double>::infinity();
 // Size of the header of a message [bytes].
 constexpr double header_bytes = 32.0;
 
-// Returns the duration [s] of an exchange in which each rank receives `bytes`. The number of rounds
-// grows with the logarithm of the number of ranks.
+// Returns the duration [s] of an exchange in which each rank receives `bytes` bytes in total. The
+// number of rounds of messages is the logarithm of the number of ranks to base 2, rounded up. On a
+// single rank, the duration is 0.
 double exchange_seconds(int n_ranks, double bytes, const Network& network) {
   if (n_ranks == 1) return 0.0;
   return std::ceil(std::log2(n_ranks)) * (network.latency + 2.0 * network.overhead) +
          bytes / network.bandwidth;
 }
 
-// Adds to the report the time of the final exchange, in which all ranks receive all results.
+// Adds the duration of the final exchange, in which all ranks receive all results, to the total
+// time of the report. Also sets ReplayReport::exchange to this duration.
 void add_exchange(int n_ranks, std::size_t result_bytes, const Network& network,
                   ReplayReport& report) {
   report.exchange = exchange_seconds(n_ranks, static_cast<double>(result_bytes), network);
@@ -64,7 +66,7 @@ struct Rank {
   std::deque<TestNumbers> pool;  // oldest task first
   std::vector<Message> inbox;
   double next = never;  // time of the next event of this rank [s]
-  double free = 0.0;    // time at which the current work of this rank ends [s]
+  double free = 0.0;    // time at which the current or latest work of this rank ends [s]
   double busy = 0.0, end = never;
   int victim;
   bool waiting = false;
@@ -257,7 +259,8 @@ class Simulated {
     return time;
   }
 
-  // Sends a message. Returns the time at which the sender is free again.
+  // Sends a message at `time`, and returns the time at which the sender is free again. The message
+  // is dropped if the receiver has ended.
   double send(int to, Message message, double time) {
     time += network_.overhead;
     const double bytes =

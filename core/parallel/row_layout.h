@@ -1,10 +1,11 @@
-// Assignment of rows to ranks. There is one row per cloth vertex, followed by two rows per body.
-// Every rank stores vectors of all rows in one fixed order. It computes only the contiguous range
-// of rows that it owns, and stores only the matrix rows of this range and the elements of one
-// MeshPart (mesh_part.h). In asynchronous steps, every rank computes all rows. Rows of other ranks
-// are refreshed by exchanging halos (few rows) or by gathering (all rows). Unlike in the common
-// layout of owned rows followed by ghost rows, row numbers are the same on all ranks. Collision
-// handling needs every position on every rank, so vectors must have full length anyway.
+// Assignment of rows to ranks. There is one row per cloth vertex, followed by two rows per body
+// (translation and rotation). Every rank stores vectors of all rows in one fixed order. It computes
+// only the contiguous range of rows that it owns, and stores only the matrix rows of this range and
+// the elements of one MeshPart (mesh_part.h). In asynchronous steps, every rank computes all rows.
+// Rows of other ranks are refreshed by exchanging halos (few rows) or by gathering (all rows).
+// Unlike in the common layout of owned rows followed by ghost rows, row numbers are the same on all
+// ranks. Collision handling needs every position on every rank, so vectors must have full length
+// anyway.
 #pragma once
 
 #include <cstddef>

@@ -10,7 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// A section with at least this fraction of the total cost is cut on its own. Our choice.
+// A section with at least this fraction of the total cost is cut separately, and all other sections
+// are cut together. Our choice.
 constexpr double expensive = 0.05;
 
 double sum_between(const std::vector<float>& costs, std::size_t begin, std::size_t end) {
@@ -32,8 +33,8 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<float>& costs,
   return found;
 }
 
-// Returns the positions at which a group of sections is cut: its start, the boundaries between its
-// ranges, and its end. A position is the number of pieces of the group that precede it.
+// Returns the positions at which `ranges` cuts a group of sections: its start, the boundaries
+// between its ranges, and its end. A position is the number of pieces of the group that precede it.
 std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const SectionStarts& first,
                                  const SectionRanges& ranges) {
   std::vector<std::size_t> cuts(ranges.front().size(), 0);

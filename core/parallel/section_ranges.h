@@ -27,9 +27,9 @@ SectionRanges section_ranges(const std::vector<float>& costs, const SectionStart
                              const SectionRanges& present, double tolerance);
 
 // Returns the imbalance of ranges [1]: A / B. A is the sum, over all groups of sections that are
-// cut together, of the cost of the most expensive range of the group. B is the mean cost per rank.
-// The imbalance is 1 if, in every group, all ranges cost the same. It is also 1 without ranges or
-// costs.
+// cut together, of the cost of the most expensive range of the group. A section that is cut
+// separately is a group, too. B is the mean cost per rank. The imbalance is 1 if, in every group,
+// all ranges cost the same. It is also 1 without ranges or costs.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

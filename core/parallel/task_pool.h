@@ -2,10 +2,10 @@
 // 5.3). A task consists of tests. A test is a pair of nodes of two hierarchies, given by four
 // indices, so that any rank can perform it. Each worker thread performs tests depth first with its
 // own stack. If a stack exceeds tau = a sigma + b tests, where sigma is the number of tasks in the
-// pool of the rank, tau / 2 tests from the bottom of the stack become a new task. A rank with an
-// empty pool and an idle thread asks the other ranks in turn for a task. A rank that is performing
-// no test does not give away its last task. The run ends when Termination has found that no rank
-// has work.
+// pool of the rank, tau / 2 tests from the bottom of the stack become a new task (unless there is
+// only one thread on one rank). A rank with an empty pool and an idle thread asks the other ranks
+// in turn for a task. A rank that is performing no test does not give away its last task. The run
+// ends when Termination has found that no rank has work.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +60,8 @@ class TaskPool {
 
   // Collective. Performs the tests that each rank starts with, and all tests that follow from them,
   // each on one rank. Returns when no rank has work. If perform() throws, this rank discards its
-  // tests, takes part until the end, and then rethrows the first exception.
+  // tests and those that it receives, takes part until the end, and then rethrows the first
+  // exception.
   PoolReport run(const Team& team, std::vector<NodeTest> tests, const Perform& perform);
 
  private:

@@ -23,14 +23,15 @@ class ThreadChoice {
   void start();
   void stop();
 
-  // Evaluates a step that took `wall` [s], of which the calling thread ran for `running` [s].
+  // Accounts for a step that took `wall` [s], of which the calling thread ran for `running` [s].
+  // Decides on the number of threads if the steps since the last decision took at least 10 ms.
   void judge(double wall, double running);
 
  private:
   int most_, threads_;
   bool fixed_;
-  double wall_ = 0.0, running_ = 0.0;  // elapsed and running time since the last decision [s]
-  double on_one_ = 0.0;                // time of steps since all threads were last in use [s]
+  double wall_ = 0.0, running_ = 0.0;  // sums of `wall` and `running` since the last decision [s]
+  double on_one_ = 0.0;                // duration of all steps since the change to one thread [s]
   double stay_ = 0.0;                  // least time on one thread until all are tried again [s]
   std::chrono::steady_clock::time_point start_;
   double running_at_start_ = 0.0;

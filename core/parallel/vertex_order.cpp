@@ -72,6 +72,7 @@ class Bisection {
     options[METIS_OPTION_SEED] = 1;
     part_.assign(n, 0);
     // METIS uses the random number generator of the C library, which has one state for all threads.
+    // Concurrent calls would therefore influence each other's results.
     static std::mutex one_at_a_time;
     const std::lock_guard<std::mutex> lock(one_at_a_time);
     METIS_PartGraphRecursive(&n_vertices, &n_constraints, sub_start_.data(), sub_adjacent_.data(),

@@ -53,9 +53,9 @@ void BulletWorld::updateAabbs() {
   }
 }
 
-// Sets the restitution of a contact point. Bullet multiplies this coefficient by the approach
-// speed, which includes the kicks, and gets the speed of the rebound. If the bodies bounce, a
-// positive gap is set to 0.
+// Sets the coefficient of restitution of a contact point, given that of the two bodies
+// (`restitution`). Bullet computes the speed of the rebound as the coefficient of the point times
+// the approach speed, which includes the kicks. If the bodies bounce, a positive gap is set to 0.
 void BulletWorld::set_restitution(const btPersistentManifold& manifold, double restitution,
                                   const btContactSolverInfo& info, btManifoldPoint& point) const {
   const auto& a = static_cast<const btRigidBody&>(*manifold.getBody0());

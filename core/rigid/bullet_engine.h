@@ -14,12 +14,12 @@
 
 namespace loomstone {
 
-// Bullet's world with tight bounding boxes. Each box is enlarged by the contact distance of its
-// shape (Bullet's contact breaking threshold), which is proportional to the shape's size and at
-// most 2 cm. Bullet would always use 2 cm. In the tree of boxes, the box of a body is larger by a
-// few further contact distances. This larger box is updated only when the smaller one leaves it or
-// when the larger one has become far too large. Bullet would enlarge the box of a moving body by
-// 5 cm, so the box of a small body could overlap hundreds of neighbours.
+// Bullet's world with tight bounding boxes. The box of a shape is enlarged by the contact distance
+// of the shape (Bullet's contact breaking threshold), which is proportional to the shape's size and
+// at most 2 cm. Bullet would always use 2 cm. The tree of boxes contains a still larger box of each
+// body, with a few further contact distances on each side. This larger box is updated only when the
+// smaller one leaves it or when it has become far too large. Bullet would enlarge the box of a
+// moving body by 5 cm, so the box of a small body could overlap hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
 // its pose at the end. A facet (a triangle of a deforming obstacle, facets.h) has the velocity of
@@ -33,10 +33,10 @@ namespace loomstone {
 // this rule, Bullet would brake the body to the speed that closes the gap in this step, and the
 // body would not rebound.
 //
-// Bullet's continuous detection is not used. It sweeps a sphere by an iteration that does not
-// converge if the sphere slides along a surface, and then stops or deflects bodies. The collision
-// algorithms of this directory find contacts ahead of the motion instead, and surface_guard.h
-// checks the result.
+// Bullet's continuous detection is not used. It sweeps a sphere by an iteration. If the sphere
+// slides along a surface, this iteration does not converge, and the body is stopped or deflected.
+// The collision algorithms of this directory find contacts ahead of the motion instead, and
+// surface_guard.h checks the result.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   // Changes of a body's velocities by forces [m/s], [rad/s].
@@ -46,7 +46,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   // Kicks of the dynamic bodies. If `half` is not empty, the velocities at the start and end of the
   // step are those of kick-drift-kick. In that case, the previous step ended with a half kick,
   // which does not count as approach speed. This step also ends with a half kick, and the speed of
-  // the rebound includes it.
+  // the rebound is the speed after it.
   struct Kicks {
     // Kicks by all impulses of the step. The velocities of the bodies already contain them.
     std::vector<Kick> whole;

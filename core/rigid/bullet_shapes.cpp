@@ -32,8 +32,9 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  // Hulls with more vertices than this count as round at once. Smaller ones are searched for true
-  // corners, which takes time proportional to the square of the number of faces.
+  // A hull with more than most_polyhedron_vertices vertices, but at most this many, is searched for
+  // true corners. Even larger hulls count as round without this search, whose time is proportional
+  // to the square of the number of faces.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();

@@ -101,7 +101,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1.0;  // called only in continuous dispatch, which is not used
+    return 1.0;  // Bullet calls this only with DISPATCH_CONTINUOUS, which is not used
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
     for (btPersistentManifold* manifold : manifolds_) manifolds.push_back(manifold);
@@ -137,10 +137,11 @@ class HullAlgorithm : public btCollisionAlgorithm {
     });
   }
 
-  // Returns whether inner points of the hull cross the other object while that object moves by
-  // `motion`, which is given in the axes of the hull. The points are the centre and a point near
-  // each corner. A thin or small hull that passes through a surface in one step does not touch it
-  // at the end.
+  // Returns whether a triangle of the other object crosses an inner point of the hull when it moves
+  // by `motion`, which is given in the axes of the hull. Tested points are the centre and a point
+  // near each corner. This test is needed because a thin or small hull can pass through a surface
+  // in one step, and meets_at_end() then finds no contact. planes_ must contain the contacts before
+  // the motion.
   bool passes(const ConvexPolyhedron& hull, const btTransform& motion, std::size_t n_met) const {
     if (planes_.empty()) return false;
     // Position of a point between the centre (0) and a corner (1). Corners themselves would graze a
@@ -160,8 +161,10 @@ class HullAlgorithm : public btCollisionAlgorithm {
            });
   }
 
-  // Fills triangles_. Returns the number of triangles that can have contacts; these come first. The
-  // other triangles only share corners with them.
+  // Fills triangles_, in the axes of the hull: with the mesh triangles within about `near` [m] of
+  // the hull's bounding box, or with a facet (facets.h) and then the triangles that share a corner
+  // with it. Returns the number of triangles that can have contacts: all of a mesh, but only the
+  // facet itself.
   std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other,
                       double near) {
     triangles_.clear();

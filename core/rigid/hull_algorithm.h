@@ -12,8 +12,9 @@ namespace loomstone {
 // larger than the hull, that search sometimes returns a depth as large as the hull, in an arbitrary
 // direction. With Bullet's algorithm, hulls also get caught at internal edges of a flat surface.
 // This algorithm creates up to four contact points in each contact plane. A hull and a mesh have up
-// to four contact planes; a hull and a single triangle have at most one. Hulls without a
-// ConvexPolyhedron use Bullet's algorithm, with contacts ahead of the motion (pair_algorithm.h).
+// to four contact planes; a hull and a facet (facets.h) have at most one. A fast hull gets contacts
+// before it touches the surface. Hulls without a ConvexPolyhedron (bullet_shapes.h) keep Bullet's
+// algorithm, extended by contacts ahead of the motion (pair_algorithm.h).
 class HullAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

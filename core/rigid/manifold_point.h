@@ -1,7 +1,8 @@
 // Contact points that the collision algorithms of this directory write directly to Bullet's
 // manifolds. Bullet's btManifoldResult joins points that are closer than the contact breaking
-// threshold. For contacts ahead of a motion, this threshold must be as long as the motion, so
-// btManifoldResult would join all points of a small fast body.
+// threshold. For contacts ahead of the motion, which bodies reach only during the step, this
+// threshold must be as long as the motion, so btManifoldResult would join all points of a small
+// fast body.
 #pragma once
 
 #include "core/rigid/bullet.h"

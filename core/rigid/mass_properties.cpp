@@ -21,7 +21,7 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   Vec3 first = Vec3::Zero();   // integral of x - reference [m^4]
   Mat3 second = Mat3::Zero();  // integral of (x - reference) (x - reference)^T [m^5]
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
-    Mat3 corners;  // columns: corners relative to `reference`
+    Mat3 corners;  // columns: corners of triangle t relative to `reference` [m]
     for (int k = 0; k < 3; ++k)
       corners.col(k) = x.row(mesh.triangles()(t, k)).transpose() - reference;
     const Vec3 sum = corners.rowwise().sum();

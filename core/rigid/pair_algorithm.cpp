@@ -60,7 +60,7 @@ class PairAlgorithm final : public btCollisionAlgorithm {
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1.0;  // called only in continuous dispatch, which is not used
+    return 1.0;  // Bullet calls this only with DISPATCH_CONTINUOUS, which is not used
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
     bullets_->getAllContactManifolds(manifolds);

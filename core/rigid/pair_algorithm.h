@@ -1,4 +1,5 @@
-// Collision algorithm for Bullet: pairs of convex bodies, at least one of which is not a sphere.
+// Collision algorithm for Bullet: pairs of convex shapes of bodies, except two spheres, and hulls
+// without a ConvexPolyhedron against triangles of obstacles.
 #pragma once
 
 #include <array>
@@ -7,12 +8,14 @@
 
 namespace loomstone {
 
-// Bullet's algorithms create contacts only where bodies overlap or nearly touch, so fast bodies
-// would sink into each other or pass through each other. If two fast bodies have no contact, but
-// overlap during the step or at its end, this algorithm creates the contacts of the first such
-// overlap, with the gaps at the start of the step. Overlaps are searched for at the ends of equal
-// parts of the step. In a part, the bodies move relative to each other by at most the smaller of
-// their inner radii (step_motion.h), unless this would need more than 32 parts.
+// Bullet's algorithms create contacts only where shapes overlap or nearly touch, so fast bodies
+// would sink into each other or pass through each other. If two shapes have no contact and move
+// relative to each other by more than Bullet's contact breaking threshold, this algorithm searches
+// for overlaps during the step and at its end. It creates the contacts of the first overlap, with
+// their gaps at the start of the step. Contacts whose gap at the start is not positive are left
+// out. The search divides the step into equal parts and tests the shapes at the end of each part.
+// In a part, the shapes move relative to each other by at most the smaller of their inner radii
+// (step_motion.h), unless this would need more than 32 parts. Surfaces have no inner radius.
 class PairAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

@@ -96,7 +96,7 @@ struct BodyImpulses {
   Points linear, angular;
 };
 
-// Throws InvalidInput unless `state` has one row for each of n bodies.
+// Throws InvalidInput unless each table of `state` has one row for each of n bodies.
 void check_rows(const RigidState& state, Index n);
 // Throws SolverFailure if the state after a step of length `step` [s] is not finite.
 void check_motion(const RigidState& state, double step);
@@ -117,8 +117,8 @@ inline RigidPose body_pose(const RigidState& state, Index body) {
 Points body_velocities(const RigidState& state);
 // Inertia about the centre of mass in world axes [kg m^2].
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
-// Converts a point in body axes, relative to the centre of mass [m], to its world position [m] and
-// back.
+// to_world() returns the world position [m] of a point whose position in body axes, relative to the
+// centre of mass, is `local` [m]. to_body() is the inverse of to_world().
 Vec3 to_world(const RigidState& state, Index body, const Vec3& local);
 Vec3 to_body(const RigidState& state, Index body, const Vec3& world);
 // Velocity [m/s] of the body's material at a world position.
@@ -154,7 +154,8 @@ void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
 
-// Axes about which bodies turn. Bodies without an axis move freely.
+// For each body: the axis of its bearing (unit vector in world axes), or no value if the body moves
+// freely. An empty vector means that no body has a bearing.
 using BearingAxes = std::vector<std::optional<Vec3>>;
 
 // Moves the bodies and resolves their contacts with each other and with obstacles. Cloth acts on
@@ -165,10 +166,10 @@ class RigidWorld {
   // cubes of 1 cm stays at rest. With far fewer sweeps, it creeps.
   static constexpr int default_iterations = 50;
 
-  // If `gyroscopic` is true, gyroscopic torques act on the bodies. Otherwise, the caller computes
-  // their free rotation. Throws InvalidInput for fields out of range, quaternions without unit
-  // length, missing meshes or parts, meshes that mass_properties() rejects, spheres whose mesh is
-  // not round, boxes whose mesh is not a box, and flat hulls.
+  // If `gyroscopic` is true, gyroscopic torques act on bodies without a bearing. Otherwise, the
+  // caller must compute the free rotation of the bodies. Throws InvalidInput for fields out of
+  // range, quaternions without unit length, missing meshes or parts, meshes that mass_properties()
+  // rejects, spheres whose mesh is not round, boxes whose mesh is not a box, and flat hulls.
   // `axes` is empty or has an entry for each body. A body with an axis (unit vector, fixed in
   // space) only turns about it: its centre of mass does not move. The axis must be a principal axis
   // of the body's inertia.
@@ -187,27 +188,28 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Applies the impulses, then advances by `step` [s]. `obstacles` gives the obstacles' positions
   // at the end of the step; their velocities are constant over the step. If `touched` (b) is given,
-  // it is set to 1 for bodies whose motion was changed by contacts (or, with gravity, by rounding),
-  // and to 0 for the others.
-  // Restitution acts on the approach speed without the velocity changes due to the impulses and to
-  // gravity. If the velocities in `state` are those of kick-drift-kick, `half` gives the impulses
-  // of a half kick. The approach speed then also excludes the half kick that ended the previous
-  // step, and the rebound includes the one that ends this step.
+  // it is set to 1 for bodies whose motion was changed by contacts, by the test of surface_guard.h
+  // or, with gravity, by rounding, and to 0 for the others.
+  // Restitution acts on the approach speed without the velocity changes of this step due to the
+  // impulses and to gravity. If the velocities in `state` are those of kick-drift-kick, `half`
+  // gives the impulses of a half kick. The approach speed then also excludes the half kick that
+  // ended the previous step, and the rebound includes the half kick that ends this step.
   void advance(double step, const BodyImpulses& impulses, const ObstaclePlaces& obstacles,
                RigidState& state, std::vector<std::uint8_t>* touched = nullptr,
                const BodyImpulses* half = nullptr);
-  // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
+  // Returns the work that obstacles did on bodies by their scripted motion in the latest advance()
+  // [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point whose gap is at most Bullet's
   // contact breaking threshold. This threshold is about 1 % of the diagonal of the bounding box of
   // the smaller of the two objects in contact.
   std::vector<std::uint8_t> touching() const;
-  // Returns the pairs of bodies and obstacles that pressed on each other in the last step. Indices
-  // from the number of bodies on are obstacles of constant shape, then the triangles of deforming
-  // obstacles.
+  // Returns the pairs of bodies, or of a body and an obstacle, that pressed on each other in the
+  // step that led to the current state. A pair can occur several times. Indices from the number of
+  // bodies on are the obstacles of constant shape, then the triangles of deforming obstacles.
   std::vector<std::array<int, 2>> pressed() const;
-  // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
-  // step, directly or through other bodies.
+  // Returns an array (b) that is 1 for bodies that were pressed against an obstacle, directly or
+  // through other bodies, in the step that led to the current state.
   std::vector<std::uint8_t> supported() const;
   // Writes contact manifolds and positions of obstacles to `state.manifolds`, so that restore() can
   // rebuild the world from `state`.

@@ -1,8 +1,9 @@
 // Implements RigidWorld with Bullet. Bullet's body frame uses the principal axes of inertia. States
 // and callers use the axes of the mesh with the origin at the centre of mass.
 //
-// A body in a bearing has an inverse moment of inertia about its axis only, and this axis is the
-// first axis of Bullet's body frame. The inverse mass of such a body is nearly zero.
+// A body in a bearing can only turn about its axis, which is the first axis of Bullet's body frame.
+// Its inverse moments of inertia about the other two axes are zero, and its inverse mass is nearly
+// zero.
 //
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
 // new world in a fixed order and restores the saved contact points. A run that saves its state and
@@ -40,7 +41,7 @@ BulletWorld::Kick kick_of(const btRigidBody& body, const BodyImpulses& impulses,
 
 }  // namespace
 
-// Pose and velocities of a body at the end of a step in which nothing touches it.
+// Pose and velocities that a body has at the end of a step if nothing touches it.
 struct FreeMotion {
   btVector3 velocity, angular_velocity, position;
   std::optional<Vec4> orientation;  // empty: as Bullet turns the body
@@ -70,7 +71,7 @@ struct RigidWorld::Data {
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
   RigidState known;            // state after the last restore() or advance(), without manifolds
-  double obstacle_work = 0.0;  // work of obstacles in the last step [J]
+  double obstacle_work = 0.0;  // work of obstacles on bodies in the latest advance() [J]
 
   bool turns_in_bearing(std::size_t body) const { return body < axes.size() && axes[body]; }
   void add_body(const RigidBody& body, const std::string& where);
@@ -147,8 +148,8 @@ void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
                state.angular_velocities.row(i).transpose());
 }
 
-// Updates those of Bullet's bodies whose state the caller has changed since the last restore() or
-// advance().
+// Copies `state` to Bullet for each body whose state the caller has changed since the last
+// restore() or advance().
 void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (state.positions.row(i) != known.positions.row(i) ||
@@ -194,12 +195,13 @@ std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const R
   return free;
 }
 
-// Sets the orientations of bodies that nothing has touched to those of their free motion, where
-// these are known (FreeMotion::orientation). If a body that spins fast and has no bearing was
-// touched, it makes the rotation of its free motion, and a further rotation by its change of
-// angular velocity. Bullet has computed this change for the orientation at the start, so the change
-// turns with the body. In the orientation that Bullet computes, the same angular velocity would
-// give a slender body a different energy.
+// Corrects the orientations of bodies whose FreeMotion::orientation is set. A body that nothing has
+// touched gets this orientation. If a body without a bearing was touched and its free motion turns
+// it by at least `fast`, it gets this orientation and a further rotation by its change of angular
+// velocity. Bullet has computed this change for the orientation at the start of the step, so the
+// change is turned with the body. Without this correction, Bullet's orientation and the angular
+// velocity would give a slender body a different energy. Other touched bodies keep the orientation
+// that Bullet computes.
 void RigidWorld::Data::end_free_turns(const std::vector<FreeMotion>& free, double step,
                                       RigidState& state) {
   constexpr double fast = 1e-2;  // turn in a step [rad]

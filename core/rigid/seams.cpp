@@ -46,17 +46,18 @@ BallContact contact_of(btPersistentManifold& manifold, int k, btScalar step) {
           motion_at(second(manifold), on_other, step)};
 }
 
-// Returns the share of the step after which a motion of the sphere closes the gap, or 2 if it does
-// not.
+// Returns the share of the step [1] after which the gap is closed if the sphere moves by `motion`
+// [m] in the step, or 2 if the gap is still open at the end of the step.
 btScalar closing_time(const BallContact& contact, const btVector3& motion) {
   const btScalar closed = -contact.normal.dot(motion - contact.other_motion);
   return closed > contact.gap ? contact.gap / closed : 2.0;
 }
 
-// Path of a sphere whose motion without contacts is `whole`. The contacts in `earlier` block a part
-// of it. `motion` is the motion that remains in the step [m], and `direction` (of any length) is
-// the direction in which the sphere goes on after the step. Only contacts with obstacles count,
-// because bodies may give way. Contacts of the same pair as `contact` do not count.
+// Path of a sphere whose motion in the step, without contacts, is `whole` [m]. The contacts in
+// `earlier` block a part of this motion. `motion` is the rest, which the sphere makes in the step
+// [m]. `direction` (of any length) is the direction in which it continues after the step. Only
+// contacts with obstacles block motion, because bodies may give way, and only those of other pairs
+// than that of `contact`.
 struct Path {
   Path(const std::vector<BallContact>& earlier, const BallContact& contact, const btVector3& whole)
       : motion(whole), direction(whole) {
@@ -84,11 +85,12 @@ btScalar distance_from_ray(const btVector3& point, const btVector3& from,
   return (from + std::clamp(share, btScalar(0), end) * direction - point).length();
 }
 
-// Returns whether a sphere on `path` goes past the other object, which its unblocked motion `whole`
-// would meet. Only the contact point of the object is tested, which is sufficient if the path and
-// `whole` differ little. Returns false if the two motions are equal or differ by more than half the
-// radius, or if the sphere stops after the step. A short motion does not enter an object far, so
-// the path is continued beyond the step.
+// Returns whether a sphere on `path` goes past the other object of `contact`, which its motion
+// without contacts, `whole`, would meet. It does if its centre stays at least a radius away from
+// the contact point on the object, within the tolerance of flush surfaces. Other points of the
+// object need no test if path.motion and `whole` differ little. The path is continued beyond the
+// step, because a short motion enters an object only slightly. Returns false if path.motion and
+// `whole` are equal or differ by more than half the radius, or if the sphere stops after the step.
 bool passes(const BallContact& contact, const btVector3& whole, const Path& path) {
   const btRigidBody& sphere = first(*contact.manifold);
   const btVector3& centre = sphere.getWorldTransform().getOrigin();
@@ -104,8 +106,9 @@ bool passes(const BallContact& contact, const btVector3& whole, const Path& path
          distance_from_ray(contact.on_other, centre + motion, direction, BT_LARGE_FLOAT) >= least;
 }
 
-// Removes those contacts of a sphere with obstacles that its unblocked motion would close, but that
-// its path does not reach. `contacts` contains all contacts of the sphere.
+// Removes contacts of a sphere with obstacles. A contact is removed if the motion of the sphere
+// without contacts would close it, but passes() is true for the path that earlier contacts leave.
+// `contacts` contains all contacts of the sphere.
 void remove_passed(std::vector<BallContact> contacts, btScalar step) {
   const btRigidBody& sphere = first(*contacts.front().manifold);
   const btVector3 motion = motion_at(sphere, sphere.getWorldTransform().getOrigin(), step);
@@ -117,8 +120,8 @@ void remove_passed(std::vector<BallContact> contacts, btScalar step) {
                      passes(contact, motion, Path(kept, contact, motion));
     if (closes) (out ? removed : kept).push_back(contact);
   }
-  // In descending order, because Bullet moves the last point of a manifold to the place of the
-  // removed one.
+  // Points are removed in descending order of their index, because Bullet moves the last point of a
+  // manifold to the place of the removed one.
   std::ranges::stable_sort(removed, std::greater<>(), &BallContact::point);
   for (const BallContact& contact : removed) contact.manifold->removeContactPoint(contact.point);
 }

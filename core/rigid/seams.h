@@ -11,9 +11,10 @@ inline constexpr btScalar flush_share = 0.02;
 
 // Removes wrong contacts of spheres at seams. Each collision algorithm knows only one pair. If a
 // sphere meets obstacle A near its seam with obstacle B, the algorithm for B does not know that A
-// stops the sphere, and finds a contact at the edge of B. The motion of the sphere in a step of
-// length `step` [s] would close such a contact, but does not reach it after earlier contacts with
-// other obstacles have blocked a part of the motion.
+// stops the sphere, and finds a contact at the edge of B. Without contacts, the sphere would close
+// this contact in a step of length `step` [s]. But earlier contacts with other obstacles block a
+// part of its motion, and the rest of the motion passes the edge. A contact is kept if the blocked
+// part is longer than half the radius, or if the sphere stops after the step.
 void remove_contacts_behind_others(btDispatcher& dispatcher, btScalar step);
 
 }  // namespace loomstone

@@ -18,15 +18,16 @@ Mat3 principal_axes(const Mat3& inertia);
 // Returns a right-handed orthonormal frame whose first column is the unit vector `first`.
 Mat3 axes_from(const Vec3& first);
 
-// Returns the vertices relative to the centre of mass, in principal axes [m].
+// Returns the vertices relative to the centre of mass [m], in the axes that are the columns of
+// `principal`: the principal axes or, for a body in a bearing, axes_from() its axis.
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
 // Throws InvalidInput unless the mesh has a vertex at each corner of its bounding box, within 1 %
 // of half the diagonal of the box.
 void check_box(const TriangleMesh& mesh, const std::string& where);
-// Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless
-// all vertices lie on the sphere within 1 % of the radius and the mesh fills at least half of the
-// sphere.
+// Returns the radius of a spherical mesh [m]: the largest distance of a vertex from the centre of
+// mass. Throws InvalidInput unless all vertices lie on the sphere within 1 % of the radius and the
+// mesh fills at least half of the sphere.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where);
 
@@ -37,8 +38,9 @@ struct FacetMotion {
 };
 FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step);
 
-// Centre of a triangle, its axes (columns: first edge, in-plane perpendicular, normal), and its
-// corners (rows) relative to the centre, in these axes.
+// Centroid of a triangle [m], its axes (columns: unit vectors along the first edge, perpendicular
+// to it in the plane, and along the normal), and its corners (rows) relative to the centroid, in
+// these axes [m].
 struct FacetFrame {
   Vec3 centre;
   Mat3 axes, corners;
@@ -62,8 +64,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 // with at most most_polyhedron_vertices vertices each, and those between triangles of obstacles and
 // a hull with at most most_vertices_on_triangles vertices. The cost of the test grows with the
 // product of the face counts. Hulls with more than most_polyhedron_vertices vertices count as
-// round. All other contacts of round hulls come from Bullet's method, which accumulates contact
-// points over several steps.
+// round. All other contacts of hulls come from Bullet's method, which accumulates contact points
+// over several steps.
 constexpr int most_polyhedron_vertices = 32, most_vertices_on_triangles = 512;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with shapes that
 // are neither polyhedra nor triangles. Round hulls need a margin so large that their shrunken cores

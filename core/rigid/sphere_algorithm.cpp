@@ -18,8 +18,8 @@ namespace {
 // normals is below this value, which corresponds to 18 degrees.
 constexpr btScalar same_contact = 0.1;
 
-// Replaces the contact points of the last step. A new point starts from the impulse of the old
-// point whose normal is closest, if the two points count as the same contact.
+// Replaces the contact points of the previous step. A new point starts from the normal impulse of
+// the old point whose normal is closest, if the two count as the same contact (same_contact).
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
     btVector3 normal;
@@ -152,7 +152,7 @@ class SphereAlgorithm : public btCollisionAlgorithm {
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1.0;  // called only in continuous dispatch, which is not used
+    return 1.0;  // Bullet calls this only with DISPATCH_CONTINUOUS, which is not used
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
     manifolds.push_back(manifold_);

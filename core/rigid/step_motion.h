@@ -12,8 +12,8 @@ btTransform pose_after(const btCollisionObjectWrapper& shape, btScalar step, btS
 // step in which nothing touches the two objects.
 btTransform relative_motion(const btCollisionObjectWrapper& first,
                             const btCollisionObjectWrapper& second, btScalar step);
-// Returns an upper bound on the distance by which points of a shape move in a motion that is given
-// in its axes [m].
+// Returns an upper bound [m] on the distance by which `motion` moves any point of a shape. `motion`
+// is given in the axes of the shape.
 double largest_motion(const btCollisionShape& shape, const btTransform& motion);
 // Returns half the smallest side of the shape's bounding box in its own axes [m].
 double inner_radius(const btCollisionShape& shape);

@@ -46,8 +46,9 @@ class Simulation {
   double stable_step() const;
   int threads() const;
   const Communicator& communicator() const;
-  // Sets whether the motion that certification receives is stored. collision_motion() returns the
-  // last stored motion, which has no vertices if nothing collides or no motion was stored.
+  // Sets whether the motion that certification receives is stored, until restore() or
+  // rebuild_stages() stops this. collision_motion() returns the motion that was stored last, or one
+  // without vertices if none was stored, or if the scene has no cloth or no collision handling.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
   // Returns CollisionStage::hierarchy_bytes(), or 0 if nothing collides.
@@ -97,11 +98,12 @@ class Simulation {
   void set_external_body_forces(const Points& forces);
   Points external_body_torques() const;
   void set_external_body_torques(const Points& torques);
-  // Sets target positions of prescribed vertices, which replace the script. The targets are
-  // reached after the time step_size(). Rows of other vertices are ignored.
+  // Sets the target positions (n x 3) [m] of all prescribed vertices, which replace their scripts.
+  // The vertices reach them after the time step_size(). Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Sets the pose of an obstacle, which replaces its keyframes or vertex_positions. The pose is
-  // reached after the time step_size().
+  // Sets the pose of an obstacle: position of the mesh's origin [m] and unit quaternion (w, x, y,
+  // z). It replaces the keyframes or vertex_positions. The obstacle reaches it after the time
+  // step_size().
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
   // Returns the present magnetic forces [N] and torques about the centres of mass [N m] on the
@@ -115,7 +117,8 @@ class Simulation {
   // Returns all magnets, and the coils that carry current, at their poses in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
-  // Collective. Throws InvalidInput unless may_checkpoint().
+  // Collective. Returns a checkpoint of the current state. Throws InvalidInput unless
+  // may_checkpoint().
   Checkpoint checkpoint() const;
   // Collective. Restores a checkpoint. Throws CacheError if the scene or the integrator differs, or
   // if the checkpoint lacks a table or has one that does not fit the scene.
@@ -124,10 +127,11 @@ class Simulation {
   // identical to those without the rebuild.
   void rebuild_stages();
 
-  // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after
-  // a step has left unresolved impacts, for example because scripted motion leaves the cloth no
-  // room. At least one triangle of each pair is cloth. Every step updates the list until the cloth
-  // is free of intersections.
+  // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersected at
+  // the end of the last step, if this step or an earlier one has left unresolved impacts, for
+  // example because scripted motion leaves the cloth no room. At least one triangle of each pair is
+  // cloth. The list is empty again once the cloth is free of intersections, and in the steps after
+  // the user has set positions, unless they leave unresolved impacts.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
   // Returns each triangle (user numbering, all cloths concatenated) and mode (0: weft, 1: warp, 2:

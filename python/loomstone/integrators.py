@@ -64,7 +64,10 @@ def with_method(options: Integrator, name: str, where: str = "integrator") -> In
 
 
 def check_method(name: str, where: str) -> None:
-    """Raises InvalidInput unless there is a method `name`."""
+    """Raises InvalidInput unless `name` is an integration method, a key of METHODS.
+
+    where : name of the option in the message
+    """
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
 

@@ -74,10 +74,11 @@ def limit(
 ) -> tuple[NDArray[np.float64], LimitReport]:
     """Moves points until no triangle exceeds the strain limit by more than the tolerance.
 
-    With method="edges", or if strain_limit.edge is given, limits the elongation of edges instead.
-    Stops after `max_sweeps` sweeps at the latest.
+    Stops after `max_sweeps` sweeps at the latest. With method="edges", or if strain_limit.edge is
+    given, limits the elongation of edges instead of the strain of triangles.
 
-    Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess.
+    Returns the new points (n, 3) [m] and a LimitReport, which contains the remaining excess of
+    triangles.
 
     points : (n, 3) positions of the mesh vertices [m]
     masses : (n,) masses of the vertices [kg]; None: for each vertex, a third of the mass of the

@@ -71,9 +71,9 @@ def default_threads() -> int:
 def processors_of_rank() -> int:
     """Returns the number of processors in the share of this rank.
 
-    Ranks on the same node share its processors equally, but if Slurm sets a number of processors
-    per rank, this number is the share. In both cases, the share contains at most the processors on
-    which this rank may run, for example those to which Open MPI binds it.
+    Ranks on the same node share its processors equally. If Slurm sets a number of processors per
+    rank in a job step, this number is the share instead. In both cases, the share is at most the
+    number of processors on which this rank may run, for example those to which Open MPI binds it.
     """
     usable = available_processors()
     if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):
@@ -119,6 +119,7 @@ def check_same(ranks: Communicator, call: str, **given: object) -> None:
     Arguments count as equal if their reprs are equal.
 
     call : name of the function, for the message
+    given : the arguments by name
     """
     if ranks.size == 1:
         return
@@ -144,7 +145,7 @@ def share_failure(ranks: Communicator, failure: Exception) -> None:
 
 
 def end_all_on_failure(ranks: Communicator) -> None:
-    """Makes an uncaught error on one rank end all ranks, which would otherwise wait for ever."""
+    """Makes an uncaught error on one rank end all ranks, since the others would wait for ever."""
     # An exception hook that the user or another package has set takes precedence.
     if ranks.size == 1 or sys.excepthook is not sys.__excepthook__:
         return

@@ -274,9 +274,9 @@ class Simulation(_core.Simulation):
 
     @takes(time="s")
     def frame_at(self, time: SupportsFloat | SupportsIndex) -> Frame:
-        """Returns the Frame at a time [s] within the last step, by interpolation.
+        """Returns the Frame at a time [s] within the step that ended last, by interpolation.
 
-        Raises InvalidInput for other times.
+        The time may be the start or the end of this step. Raises InvalidInput for other times.
         """
         return remember(super().frame_at(time), self.topology)
 

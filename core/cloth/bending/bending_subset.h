@@ -26,9 +26,10 @@ struct BendingOfPart {
   IndexRange triangles;
 };
 
-// Returns the setup of the bending elements that act on the rows of a part or belong to triangles
-// of the part. In the rows of the part, forces and stiffness are bitwise identical to those of the
-// whole mesh.
+// Returns the setup for a part of a mesh. The triangles whose `acts` is 1 include all triangles of
+// the part and all triangles whose bending acts on the rows of the part. In these rows, forces and
+// stiffness are bitwise identical to those of the whole mesh. `lumped_stiffness` and `keeps_rest`
+// are not copied from `whole`.
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
 // Adds to the list `triangles` all triangles of the mesh that share an edge with a triangle in the

@@ -24,7 +24,8 @@ struct HingeValues {
   AlignedDoubles rate;                    // [rad/s]
   AlignedDoubles gradient;                // u = d theta / d x [rad/m]
 
-  // Positions of the vertices with hinges, and list of batches, for which the values were computed.
+  // Input from which the values were computed: the positions of those vertices that belong to
+  // hinges, and the list of batches.
   Points x;
   std::vector<Index> batches;
   bool has_gradient = false;

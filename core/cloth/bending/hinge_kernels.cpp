@@ -42,10 +42,11 @@ LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   store4(out + 112, lanes_shuffle<6, 7, 14, 15>(odd, odd_z));
 }
 
-// Computes atan2(s, c), and the sine and cosine of half this angle. The angle is halved three
-// times. Then a polynomial, interpolated at Chebyshev points with a relative error of 7e-18, is
-// evaluated on [0, tan(pi/8)^2]. The result is accurate to a few units in the last place. It is
-// bitwise identical on every machine, because no library functions or fused operations are used.
+// Computes theta = atan2(s, c), and the sine and cosine of theta / 2. The angle theta is halved
+// three times. The arc tangent of t = tan(theta / 8) is then t times a polynomial in t^2, where t^2
+// is at most tan(pi / 8)^2. The polynomial interpolates at Chebyshev points, with a relative error
+// of 7e-18. The result is accurate to a few units in the last place. It is bitwise identical on
+// every machine, because no library functions or fused operations are used.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_sine,
                                    Lanes& half_cosine) {
@@ -165,7 +166,7 @@ LOOMSTONE_INLINE Lanes gather(const Index* hinges, const double* values) {
 
 // Returns the curvature C (difference + beta rate) of each triangle of a batch [1/m]. `c` contains
 // C, the curvature per hinge angle, and beta is the damping [s]. `difference` and `rate` are those
-// of hinge::Output; `rate` may be null.
+// of hinge::Output. If `rate` is null, it counts as 0.
 template <class Lanes>
 LOOMSTONE_INLINE Curvature<Lanes> curvature(const Index* hinges, const double* c, const Lanes& beta,
                                             const double* difference, const double* rate) {

@@ -68,7 +68,7 @@ struct Tables {
 // Computes, for each triangle in the n given `batches`, the moments
 //   C^T W C (difference + beta rate) [N m].
 // `out` (batches x 9 x 8) has room for all batches. C, W and beta are those of Tables.
-// `difference` and `rate` are those of hinge::Output; `rate` may be null.
+// `difference` and `rate` are those of hinge::Output. If `rate` is null, it counts as 0.
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 

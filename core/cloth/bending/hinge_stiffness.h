@@ -53,8 +53,9 @@ class HingeStiffness {
 
   HingePairs pairs_;
   Index n_vertices_ = 0;
-  // stencil_ lists, for each hinge, the vertices on which its moment depends, in ascending order.
-  // place_ contains, for each pair (e, f), the positions of the vertices of f in the stencil of e.
+  // stencil_ lists, for each hinge e, the vertices of all hinges f that are paired with e, in
+  // ascending order. place_ contains, for each pair (e, f), the positions of the vertices of f in
+  // the stencil of e.
   std::vector<Index> stencil_start_{0}, stencil_;
   std::vector<std::uint8_t> place_;  // (pairs x 4)
 
@@ -65,8 +66,8 @@ class HingeStiffness {
   // within the row.
   std::vector<Index> block_;
   // For each row and each of its hinges, the index of the first moment gradient of the hinge among
-  // those of the chunk. A hinge has one moment gradient for each vertex of its stencil (see
-  // stiffness_kernels.h).
+  // those of the row's chunk (see chunk_). A hinge has one moment gradient for each vertex of its
+  // stencil (see stiffness_kernels.h).
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
 };

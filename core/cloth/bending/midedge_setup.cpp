@@ -127,8 +127,9 @@ class Builder {
     return turn(rest_[from].direction[local_edge(from, edge)] -
                 rest_[to].direction[local_edge(to, edge)]);
   }
-  // Returns the angle of hinge r per unit of constant curvature. The curvature is given in the axes
-  // of `triangle`, which is one of the two triangles of r.
+  // Returns the row whose product with a constant curvature of both triangles of hinge r is the
+  // angle of this hinge. The curvature is given in the axes of `triangle`, one of the two
+  // triangles.
   Row3 hinge_angle(Index r, Index triangle) const {
     const Hinge& h = hinges_[r];
     const Index other = h.triangles[0] == triangle ? h.triangles[1] : h.triangles[0];

@@ -1,12 +1,12 @@
 // Constants of the mid-edge bending element. As in [Morley1968], the curvature of a triangle
 // follows from the slopes at its edge midpoints. The slope at an interior edge is a fixed linear
-// combination of the hinge angles of the two triangles at the edge. Its weights are those of least
-// norm that reproduce every constant curvature that causes no moment across boundary edges. Edges
-// of triangles whose vertices are all prescribed, and edges that would get a weight above 1 in
-// magnitude, for example at slivers, have other weights. The curvature of each triangle is
-// therefore a fixed linear function of at most nine hinge angles. Vertex positions remain the only
-// unknowns, and results hardly depend on the directions of the mesh edges. This element is not
-// taken from the literature.
+// combination of the hinge angles of the two triangles at the edge. Its weights have the least norm
+// with which the slope is exact for every constant curvature that causes no moment across boundary
+// edges. Other weights apply to edges of triangles whose vertices are all prescribed, and to edges
+// that would otherwise get a weight above 1 in magnitude, for example at slivers. In all cases, the
+// curvature of each triangle is a fixed linear function of at most nine hinge angles. Vertex
+// positions remain the only unknowns, and results hardly depend on the directions of the mesh
+// edges. This element is not taken from the literature.
 #pragma once
 
 #include <array>

@@ -1,8 +1,9 @@
 // Elements that a strain-limiting sweep still has to evaluate: either all elements or the active
 // set. The active set starts with the batches in which LimitCheck found an excess above the
-// tolerance. Elements are added when one of their vertices has moved since their last evaluation.
-// The strain of all other elements is unchanged, so sweeps over the active set and over all
-// elements give bitwise identical results.
+// tolerance. A sweep removes the elements that it evaluates. When a correction moves a vertex, all
+// elements at this vertex are added. The strain of all other elements has not changed since they
+// were last checked or evaluated, so another evaluation would have no effect. Sweeps over the
+// active set and over all elements therefore give bitwise identical results.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +30,10 @@ class ActiveSet {
 
   void add(Index batch);
   // Appends to `list` those batches of a colour that are in the set. Removes them from the set
-  // unless the set contains all elements.
+  // unless all_elements() is true.
   void take(std::size_t colour, std::vector<Index>& list);
-  // Removes a single element unless the set contains all elements. Returns false if the element was
-  // not in the set.
+  // Removes a single element from the set unless all_elements() is true. Returns false if the
+  // element was not in the set.
   bool take_one(Index slot);
   // Adds every element that shares a moved vertex with the corrected element. With Order::Batches,
   // adds the whole batches of these elements.

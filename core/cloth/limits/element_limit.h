@@ -204,7 +204,8 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
 }
 
 // Returns w = (h x E h) / |h|^2, which fits the target strain in the least-squares sense if two
-// corners are held. h is the height vector over the held edge, and `m` is h h^T.
+// corners are held. h is the height vector over the held edge, `m` is h h^T, and `e` is E (see the
+// top of this file).
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);

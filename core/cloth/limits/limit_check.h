@@ -1,7 +1,7 @@
-// Finds the elements that exceed their strain limits and measures the excess. The check of all
-// elements dominates the cost of limiting if no limit is exceeded, so it is divided among ranks.
-// Afterwards, every rank has the results of all elements. They are bitwise identical on any number
-// of ranks.
+// Finds the elements whose strain or strain rate is outside its bounds, and measures the excess.
+// The check of all elements dominates the cost of limiting if no limit is exceeded, so it is
+// divided among ranks. Afterwards, every rank has the results of all elements. They are bitwise
+// identical on any number of ranks.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace loomstone {
 struct BrokenLimit {
   Index element;
   int mode;
-  double excess;  // amount by which the strain exceeds the limit [1]
+  double excess;  // distance of the strain beyond its upper or lower limit [1]
 };
 
 // Report on a call of the limiter: its cost and the excess that remains.

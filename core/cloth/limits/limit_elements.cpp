@@ -59,7 +59,7 @@ LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows)
 }
 
 // Fills the tables of one slot. element_limit.h explains how held corners are treated. Empty lanes
-// repeat the last element of the batch.
+// repeat the last element of the batch, but none of their corners may move.
 void LimitElements::set_element(Index slot) {
   const bool empty = element_of_[slot] < 0;
   Index from = slot;

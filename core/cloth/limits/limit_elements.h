@@ -81,8 +81,8 @@ class LimitElements {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }
 
-  // Holds these vertices in addition to the prescribed ones, and releases those of the previous
-  // call.
+  // Sets the vertices that corrections do not move: `vertices` and the prescribed vertices. All
+  // others may move, also those of earlier calls.
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;

@@ -30,12 +30,13 @@ constexpr Index batches_per_update = 32;
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
 // In a yielding triangle (see LimitPhase::enter()), the stress that the phases add is bounded in
-// the mode that is farthest beyond the upper strain at which its second phase begins. At this
-// strain, the bound is the fraction `yield_stress` of the stress at which the fourth phase begins.
-// The bound increases with the strain, with a slope of `hardening` times the modulus of the second
-// phase, so that neighbouring triangles yield alike. The other modes do not yield: an obstacle that
-// is too wide along weft does not stretch the cloth along warp. Both values were tuned on `sleeve`
-// in tests/benchmarks/extreme_scenes.py.
+// one mode: the one that is farthest beyond the upper strain at which its second phase begins. At
+// that strain, the bound is the fraction `yield_stress` of the stress that the phases add, without
+// yielding, at the strain at which the fourth phase begins. The bound increases with the strain,
+// with a slope of `hardening` times the modulus added in the second phase, so that neighbouring
+// triangles yield alike. The other modes do not yield: an obstacle that is too wide along weft does
+// not stretch the cloth along warp. Both values were tuned on `sleeve` in
+// tests/benchmarks/extreme_scenes.py.
 constexpr double yield_stress = 0.02, hardening = 0.2;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.

@@ -37,8 +37,9 @@ class LimitPhase {
 
  private:
   Membrane& membrane_;
-  // (rows x 12 x 8) Lower and upper strains at which the second phase begins, then those at which
-  // the third phase begins.
+  // (rows x 12 x 8) Strains of the three modes at which stiff phases begin: the lower and then the
+  // upper ones of the second phase, followed by those of the third phase. Batches whose lanes have
+  // the same limits share a row.
   AlignedDoubles bounds_;
   std::vector<Index> bounds_of_;  // (batches) row of bounds_
   AlignedDoubles table_;

@@ -159,8 +159,8 @@ void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables,
       });
 }
 
-// Returns the number of corrected elements in `batches`. Reports these elements to the active set
-// unless it contains all elements.
+// Returns the number of corrected elements in `batches`. Calls active.spread() for these elements
+// unless active.all_elements() is true.
 std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, ActiveSet& active) const {
   std::int64_t corrected = 0;
   if (active.all_elements()) {
@@ -202,9 +202,9 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Divides all triangles into one part for each thread, and returns the batches sorted by part.
-// Within a part, batches keep their order. If sweep_jacobi() visits all vertices, a thread thus
-// mostly sums corrections that it has computed itself.
+// Divides all triangles into one part for each thread, and returns the batches sorted by the part
+// of their first element. Within a part, batches keep their order. If sweep_jacobi() visits all
+// vertices, a thread thus mostly sums corrections that it has computed itself.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

@@ -42,9 +42,10 @@ class StrainLimiter {
   LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held,
                       Points& x);
 
-  // Corrects v so that the strain changes by at most options.strain_rate in a step of h seconds, or
-  // does nothing if options.strain_rate is 0. Positions do not change. If `measured` is true, the
-  // report contains the excess that remains, as a strain per step.
+  // Corrects v by sweeps until no strain changes by more than options.strain_rate plus the
+  // tolerance in a step of h seconds, or until options.max_sweeps is reached. Does nothing if
+  // options.strain_rate is 0. Positions do not change. If `measured` is true, the report contains
+  // the excess that remains, as a strain per step (LimitReport::squares: as a strain rate).
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 

@@ -9,7 +9,7 @@ struct StiffnessScales {
 };
 
 // Exact: the geometric stiffness of the membrane uses the whole stress (see PastMotion), and the
-// geometric stiffness of bending is included. The stiffness matrix K may be indefinite.
+// geometric stiffness of implicit bending is included. The stiffness matrix K may be indefinite.
 // Positive: K is positive semi-definite, because the geometric stiffness of the membrane uses only
 // the positive part of the stress, and that of bending is omitted.
 enum class JacobianKind { Exact, Positive };
@@ -21,7 +21,7 @@ enum class JacobianKind { Exact, Positive };
 struct PastMotion {
   const double* motion = nullptr;  // (n x 3) dx [m], or a velocity [m/s]; null: subtracts nothing
   double step = 0.0;               // factor of `motion`: [1], or a time [s]
-  const double* at = nullptr;      // (n x 3) positions [m]; null: those of the assembly
+  const double* at = nullptr;      // (n x 3) positions [m]; null: those at which K is assembled
 };
 
 struct JacobianTerms {

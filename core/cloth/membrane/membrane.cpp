@@ -222,8 +222,9 @@ constexpr Index first_element = 16;
 }  // namespace
 
 // At most two triangles share a mesh edge, and they traverse it in opposite directions. The matrix
-// block of the edge is therefore the block of one triangle plus the transposed block of the other,
-// which are the sources that this function finds for the block.
+// block of the edge is therefore the block of one triangle plus the transposed block of the other.
+// This function finds these two sources for each matrix block. If a source does not exist, for
+// example at a boundary edge, a block of zeros replaces it.
 void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ &&
       begin == located_begin_ && end == located_end_)

@@ -177,9 +177,9 @@ class Membrane {
   std::vector<double> element_forces_, element_strains_;
 
   // Element blocks that contribute to rows [located_begin_, located_end_). locate_rows() determines
-  // them again if the matrix pattern or the range of rows has changed.
-  // The batches of chunk c are the entries chunk_start_[c] to chunk_start_[c + 1] - 1 of
-  // chunk_batches_, which are indices into stored_.
+  // them again if the matrix pattern or the range of rows has changed. The batches of chunk c are
+  // the entries chunk_start_[c] to chunk_start_[c + 1] - 1 of chunk_batches_. These entries are
+  // indices into stored_.
   std::vector<Index> chunk_start_, chunk_batches_;
   std::vector<Index> row_start_, diagonal_;  // block indices, counted within the range
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows

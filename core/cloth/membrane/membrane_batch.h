@@ -1,5 +1,5 @@
 // A batch of eight triangles in the form that the membrane kernels read, and functions that compute
-// its strain, stress and energy. Equations are those of [Thomaszewski2010].
+// its strain, stress and energy. Equation numbers are those of [Thomaszewski2010].
 #pragma once
 
 #include "core/base/lane_vectors.h"

@@ -1,4 +1,4 @@
-// SIMD kernels of the membrane, in batches of eight triangles. Equations are those of
+// SIMD kernels of the membrane, in batches of eight triangles. Equation numbers are those of
 // [Thomaszewski2010].
 #pragma once
 

@@ -10,9 +10,9 @@ namespace loomstone {
 
 namespace {
 
-// Node pairs are expanded from the roots until there are at least this many tasks, or only leaf
-// pairs. The value does not depend on the number of threads. A search therefore has the same tasks,
-// with the same indices, for any number of threads.
+// Pairs of nodes are expanded from the roots until there are at least this many pairs, or only
+// pairs of leaves. Each of these pairs is a task. The value does not depend on the number of
+// threads. A search therefore has the same tasks, with the same indices, for any number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.

@@ -1,7 +1,8 @@
 // Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap, and reports each
-// pair once. Excludes pairs that share a vertex and pairs that do not collide because of an
-// attachment. surface_pairs() has already excluded pairs of surfaces neither of which is cloth, and
-// self-collisions that are switched off.
+// pair once. Excludes pairs of features that share a vertex and pairs that do not collide because
+// of an attachment. surface_pairs() has already excluded pairs of surfaces neither of which is
+// cloth, and self-collisions that are switched off. near_pairs() also excludes pairs beyond a given
+// distance.
 #pragma once
 
 #include <cstdint>
@@ -56,7 +57,7 @@ class BroadPhase {
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
   // Passes to `sink` all feature pairs with overlapping 18-DOPs, for the surface pairs in `which`.
-  // The 18-DOPs enclose the motion of the whole step and are inflated by `sweep.inflation`.
+  // The 18-DOPs enclose the motion from sweep.x0 to sweep.x1 and are inflated by sweep.inflation.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
   // Like the other swept_pairs(), but stores the pairs in `found`. `keep` is called for each batch
@@ -73,7 +74,8 @@ class BroadPhase {
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Memory for vertex boxes, which all callers share. Searches by this class also use it.
+  // Memory for vertex boxes. All callers share it, and near_pairs() and swept_pairs() replace its
+  // contents.
   VertexBoxes& vertex_boxes() { return vertex_boxes_; }
   // Returns whether two features do not collide because an attachment ties a vertex of one of them
   // to the surface of the other one.

@@ -10,8 +10,9 @@ namespace {
 // Ranges are cut again if their imbalance() exceeds this value. The lists that then move to another
 // rank must be made again there. Our choice.
 constexpr double worth_a_cut = 1.1;
-// A boundary between two ranges stays in place if the clusters between it and its best place cost
-// at most this fraction of the mean cost of a range. Our choice.
+// When ranges are cut again, a boundary between two ranges stays in place if the clusters between
+// it and its best place cost at most this fraction of the mean cost of a range. The mean is taken
+// over the surface pairs that are cut together. Our choice.
 constexpr double close_enough = 0.05;
 
 }  // namespace

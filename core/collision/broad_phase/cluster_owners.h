@@ -57,8 +57,8 @@ class ClusterOwners {
   // the length of the sequence.
   SectionStarts first_;
   SectionRanges starts_;  // ranges of each surface pair, as positions in the sequence of first_
-  // (surface pairs + 1) Number of first clusters of this rank in all earlier surface pairs. The
-  // last entry is the number in all surface pairs.
+  // (surface pairs + 1) For each surface pair, the number of first clusters of this rank in all
+  // preceding surface pairs. The last entry is the number in all surface pairs.
   std::vector<std::size_t> own_first_;
   const bool rotates_;
   // In each surface pair, rank r owns the range with index (r + turn_) modulo the number of ranks.

@@ -66,8 +66,8 @@ class ClusterTree {
   // Stores half the total surface area of the boxes of newly formed clusters, for has_grown(). The
   // boxes include `inflation` [m], but the area does not.
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
-  // Returns whether the boxes of the clusters, which include `inflation` [m], have grown too much
-  // since the clusters were formed.
+  // Returns whether the clusters have grown too much since they were formed (see decay_limit in
+  // cluster_tree.cpp). `boxes` contains the boxes of all clusters, which include `inflation` [m].
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
   // Recomputes the boxes of all nodes from those of all clusters.
   void set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes);

@@ -1,5 +1,6 @@
 // The part of NeighbourLists that decides which lists must be made again, when cluster pairs are
-// searched for, and which surface pairs have no lists. The ranks agree on the last two decisions.
+// searched for, and which surface pairs lose their lists because these do not last. The ranks agree
+// on the last two decisions.
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -11,9 +12,9 @@ namespace loomstone {
 
 namespace {
 
-// A search for cluster pairs also distributes the lists over the ranks. To balance the ranks, it is
-// due if the cost of one rank (Pass::cost) exceeds this multiple of the mean cost of the ranks and
-// at least `least_updates` updates have followed the last distribution. Our choice.
+// A search for cluster pairs also distributes the lists over the ranks. To balance the ranks, a
+// search is due if the cost of one rank (Pass::cost) exceeds `unbalanced` times the mean cost of
+// the ranks and at least `least_updates` updates have followed the last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
@@ -91,9 +92,10 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   }
 }
 
-// Goes through the lists of this rank after begin_update(): checks the motion of vertices, adds to
-// `used` of each list the bound on the change of distances in the last step, and finds the lists
-// that must be made again.
+// Goes through the lists of this rank after begin_update(). Adds to `used` of each list the bound
+// on the change of distances since the preceding update, and finds the lists that must be made
+// again. Also checks the motion of vertices, unless lists are tried again anyway or cover() has
+// checked the same positions. Does nothing if begin_update() has completed the update.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);

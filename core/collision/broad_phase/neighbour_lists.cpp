@@ -146,10 +146,11 @@ void NeighbourLists::distribute() {
   owners_.cut(costs);
 }
 
-// Finds the pairs of clusters that come near each other while vertices move from the positions of
-// the last update() towards x1, and gives each of these pairs a list. The motion is extrapolated
-// over `steps_ahead` steps. May form new clusters in every eighth search, and in any search if
-// `may_rebuild` is set.
+// Distributes the lists over the ranks. Then finds the pairs of clusters that come near each other
+// while vertices move from the positions of the last update() towards x1, and gives each of these
+// pairs a list on one rank. The motion is extrapolated over `steps_ahead` steps. Unlists surface
+// pairs with too many cluster pairs. May form new clusters in every eighth search, and in any
+// search if `may_rebuild` is set.
 void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild) {
   ++n_searches_;
   settled_ = false;
@@ -189,8 +190,9 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   find_used();
 }
 
-// Replaces the lists by those of the cluster pairs in `found`. Keeps the existing list of such a
-// cluster pair unless clusters of one of the two surfaces have been formed again (`formed`).
+// Replaces the lists of this rank by those of the cluster pairs in `found`, except for unlisted
+// surface pairs. Keeps the existing list of such a cluster pair unless the clusters of one of the
+// two surfaces have been formed again (`formed`).
 void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;

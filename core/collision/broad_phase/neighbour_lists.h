@@ -125,13 +125,14 @@ class NeighbourLists {
   bool updated_at(const Points& x) const;
   std::int64_t n_updates() const { return n_updates_; }  // number of updates so far
 
-  // Selects which feature pairs of the listed surface pairs the lists must contain after cover()
-  // and make_ended(). Vertices move from the positions of the last update() to x1.
+  // Selects which feature pairs of the listed surface pairs the lists of all ranks together must
+  // contain after cover() and make_ended(), except pairs that BroadPhase excludes. Vertices move
+  // from the positions of the last update() to `x1`, the argument of cover().
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
   // Reach: all pairs that meet two conditions. The 18-DOPs of the motions of both features overlap
   // if inflated by half the thickness plus half the extra distance of widen(). The distance between
-  // the features at the start is at most the thickness plus the extra distance plus the relative
-  // displacement of the features.
+  // the features at the start is at most the sum of the thickness, the extra distance and the
+  // largest relative displacement of their vertices.
   enum class Cover { Gap, Reach };
 
   // Collective. After cover() and make_ended(), the lists are valid for the motion to x1; see
@@ -139,12 +140,12 @@ class NeighbourLists {
   void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // The next six functions are the parts of update() and cover(). With them, ranks can test pairs
-  // before they know that the lists are complete, and send results and passes in one gather. All
-  // ranks first call begin_update(). Each rank then calls pass_at_x(). Unless Pass::unexpected is
-  // set, the rank also calls make_ended() and tests the pairs in its lists. Finally, each rank
-  // gives the passes of all ranks to end_update(). If end_update() returns false, it has added
-  // missing lists, and the ranks repeat the passes and the tests. The parts of cover() are used in
-  // the same way.
+  // before they know that the lists are complete, and send results and passes in one gather. For an
+  // update, all ranks first call begin_update(). Each rank then calls pass_at_x(). If the returned
+  // pass is not `unexpected`, the rank also calls make_ended() and tests the pairs in its lists.
+  // Finally, each rank gives the passes of all ranks to end_update(). If end_update() returns
+  // false, it has searched for cluster pairs again. All ranks then repeat everything after
+  // begin_update(). The parts of cover() are used in the same way.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
@@ -175,9 +176,10 @@ class NeighbourLists {
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
   bool listed(Index pair) const { return unlisted_[pair] == 0; }
-  // Returns the feature pairs of each surface pair; none if the surface pair is listed. If it is
-  // unlisted, returns the feature pairs that this rank finds to be at most the thickness apart, up
-  // to rounding, at the positions of the last update(). Each feature pair is found by one rank.
+  // Returns one entry for each surface pair. The entry of an unlisted surface pair contains the
+  // feature pairs that this rank finds to be at most the thickness apart, up to rounding, at the
+  // positions of the last update(). Each feature pair is found by one rank. Pairs that BroadPhase
+  // excludes are omitted. The entry of a listed surface pair is empty.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
@@ -187,8 +189,9 @@ class NeighbourLists {
   // clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
-  // Return the time spent in searches of unlisted surface pairs and in passes over all lists,
-  // respectively, since the last call of the same function [s].
+  // Return the time that this rank has spent in searches of unlisted surface pairs and in passes
+  // over its lists, respectively, since the last call of the same function [s]. It is 0 unless
+  // time_work() has been called.
   double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
   double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
 
@@ -204,8 +207,8 @@ class NeighbourLists {
     int updates = 0;
     std::int64_t lists = 0, made = 0;
   };
-  // Number of lists of a surface pair on a rank, number of those with a `change` above most_slack_,
-  // and upkeep.
+  // Counts for the lists of a surface pair on a rank. `lists` is the number of lists, and `fast`
+  // the number of lists whose `change` exceeds most_slack_.
   struct Counts {
     std::int64_t lists = 0, fast = 0;
     Upkeep upkeep;
@@ -276,13 +279,14 @@ class NeighbourLists {
   };
   void make(NeighbourList& list, Scratch& scratch) const;
   // Returns the amount by which distances may change beyond the slack of a list while the list
-  // still contains all required pairs [m].
+  // still contains all pairs that `what` requires [m].
   double spare(Index pair, Cover what) const {
     return base_[pair] -
            (what == Cover::Reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);
   }
 
-  // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
+  // Allowance for rounding errors [m]. It is added to inflations, to search distances and to each
+  // bound on a change of distances, and subtracted from gaps and margins.
   static constexpr double rounding = 1e-12;
 
   const CollisionModel& model_;
@@ -298,19 +302,21 @@ class NeighbourLists {
   std::vector<double> base_, most_slack_;
   // Inflation of the vertex boxes of each surface in searches, without margin_ [m].
   std::vector<double> inflation_;
-  // Largest distance by which vertices of each surface may deviate from their expected motion [m].
+  // (surfaces) Largest distance by which vertices may deviate from their expected motion before a
+  // search for cluster pairs is due [m].
   std::vector<double> margin_;
-  Points x_, before_;  // positions of the last update() and of the one before it
-  // For own_vertices(): start and end of the motion that the last search for cluster pairs
-  // expected, and the end of the motion in the last cover() that determined Pass::due.
+  // Positions of the last update() and of the update() before it. x_ has 0 rows after widen().
+  Points x_, before_;
+  // Rows of own_vertices(). from_, to_: start and end of the motion that the last search for
+  // cluster pairs expected. covered_: end of the motion for which Pass::due was last determined.
   Points from_, to_, covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
-  bool unchecked_ = false;    // the passes of the last update() have not been gathered yet
-  bool uncovered_ = false;    // the passes of the last cover() have not been gathered yet
+  bool unchecked_ = false;    // the update of the last begin_update() still needs end_update()
+  bool uncovered_ = false;    // the last begin_cover() still needs end_cover()
   Cover cover_ = Cover::Gap;  // argument of the last begin_cover()
   GatherRoom contact_room_;
-  // Vertices whose boxes in BroadPhase::vertex_boxes() are those of their positions in x_, without
-  // motion, unless VertexBoxes::use() differs from use_.
+  // Vertices whose boxes in BroadPhase::vertex_boxes() enclose only their positions in x_. This
+  // holds as long as VertexBoxes::use() equals use_; otherwise these boxes have been removed.
   VertexSet still_at_x_;
   std::int64_t use_ = 0;
   VertexSet vertices_;

@@ -18,9 +18,10 @@ struct Lane {
   float high(int k) const { return group->high[k][lane]; }
 };
 
-// Amount by which one of two boxes is widened, so that the boxes overlap if their features are at
-// most `distance` [m] apart. Diagonal slabs are not normalised and need a factor sqrt(2). The
-// outward rounding of slabs and the excess of 1e-6 in both factors cover rounding errors.
+// Amounts by which the bounds of one of two boxes are moved outwards, so that the boxes overlap if
+// their features are at most `distance` [m] apart. The directions of diagonal slabs are not
+// normalised, so these slabs need a factor sqrt(2). A further factor of 1.000001 in both amounts
+// and the outward rounding of slabs cover rounding errors.
 struct Reach {
   float axis = 0.0f, diagonal = 0.0f;
 
@@ -173,8 +174,8 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
 
 // For each edge of a and edge of b that share no vertex and whose boxes overlap if one of them is
 // widened by `reach`, appends the pair of their slots. First masks out edges that lie outside the
-// box of the other cluster, which is also widened. If `upper` is true, pairs each edge of a only
-// with later slots of b.
+// box of the other cluster, which is also widened. If `upper` is true, a and b must be the same
+// cluster, and each edge is paired only with edges in later slots.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {

@@ -69,7 +69,8 @@ class PairSearch {
 
   // Calls visit(kind, first, second) for each pair of features of clusters a and b that share no
   // vertex and whose boxes overlap if one of them is widened by `reach` [m]. For a vertex and a
-  // face, `first` is the id of the vertex. For two edges, it is the smaller id.
+  // face, `first` is the id of the vertex and `second` that of the face. For two edges, `first` is
+  // the smaller id. `slots` is scratch memory.
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -1,8 +1,9 @@
 // Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). The rows of all cloths
 // together are divided into equal ranges. The rows of one cloth in one range form a partition,
-// which is a compact patch with a hierarchy of its own. A body or an obstacle has one hierarchy.
-// All ranks store all hierarchies, so a test of two nodes is given by four indices. Each feature
-// belongs to one hierarchy, so each pair of features is found once.
+// which is a compact patch with a hierarchy of its own. A body or an obstacle has one hierarchy. A
+// triangle belongs to the partition of its first vertex. A vertex or an edge belongs to the first
+// partition that has one of its triangles. Each pair of features is therefore found once. All ranks
+// store all hierarchies, so a test of two nodes is given by four indices.
 #pragma once
 
 #include <vector>

@@ -12,10 +12,11 @@ namespace loomstone {
 // Function that returns the tests with which a rank starts.
 using FirstTests = std::function<std::vector<NodeTest>(int rank)>;
 
-// Performs all tests of a search for `n_ranks` ranks. Writes to `tests` the tree of these tests,
-// their costs, and the time that each rank needs to find its first tests. If `tests` is not empty,
-// it must contain an earlier record of the same search. The smaller value of each time is then
-// kept, to reduce the influence of other programs.
+// Performs all tests of a search that is divided among `n_ranks` ranks, by calls of `perform`.
+// Writes to `tests` the tree of these tests, their costs, and the time that each rank needs to find
+// its first tests. If `tests` is not empty, it must contain an earlier record of the same search.
+// Of each cost and time, the smaller of the old and the new value is then kept, to reduce the
+// influence of other programs.
 void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests);
 

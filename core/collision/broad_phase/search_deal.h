@@ -1,7 +1,8 @@
 // Divides the first tests of dynamic searches (Decomposition::Dynamic) among ranks according to the
-// costs of earlier searches. The clusters of all hierarchies, in order, are cut into one contiguous
-// range for each rank. A rank starts with the tests whose first node contains only clusters of its
-// range. Costs determine which rank receives a test at the start. They do not affect results.
+// costs in the last search that measured costs. The clusters of all hierarchies, in order, are cut
+// into one contiguous range for each rank. A rank starts with the tests whose first node contains
+// only clusters of its range. Costs determine which rank receives a test at the start. They do not
+// affect results.
 #pragma once
 
 #include <cstddef>

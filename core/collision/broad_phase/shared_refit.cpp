@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// Ranks divide the boxes of a surface among themselves if the surface has at least this number of
-// clusters. Our choice.
+// Smallest number of clusters of a surface for which ranks divide the clusters among themselves. If
+// a surface has fewer clusters, every rank computes the boxes of all of them. Our choice.
 constexpr Index worth_sharing = 128;
 
 SharedRefit::SharedRefit(const CollisionModel& model, BroadPhase& broad_phase,
@@ -48,8 +48,8 @@ void SharedRefit::form(Index surface, const Points& x) {
   find_members(surface);
 }
 
-// Collective. Finds the boxes of all clusters of the surfaces `which` from the vertex boxes that
-// `box` returns.
+// Collective. Sets Surface::boxes of the surfaces `which` to the boxes of all clusters. Computes
+// them from the vertex boxes that `box` returns.
 void SharedRefit::find_boxes(const Team& team, const std::vector<Index>& which,
                              const VertexBox& box) {
   VertexBoxes& vertices = broad_phase_.vertex_boxes();

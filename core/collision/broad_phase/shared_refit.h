@@ -18,10 +18,10 @@ class SharedRefit {
  public:
   SharedRefit(const CollisionModel& model, BroadPhase& broad_phase, const Communicator& ranks);
 
-  // Collective. Recomputes the node boxes of all trees from the vertex boxes that `moving` returns.
-  // Forms clusters at x in trees without clusters and, if `may_rebuild` is set, in trees whose
-  // boxes at x have grown too much. Returns for each surface 1 if its clusters have changed since
-  // the last call, and 0 otherwise.
+  // Collective. First forms clusters at x in trees without clusters and, if `may_rebuild` is set,
+  // in trees whose boxes at x have grown too much (ClusterTree::has_grown()). Then recomputes the
+  // node boxes of all trees from the vertex boxes that `moving` returns. Returns for each surface 1
+  // if its clusters have changed since the last call, and 0 otherwise.
   std::vector<std::uint8_t> refit(const Team& team, const Points& x, const VertexBox& moving,
                                   bool may_rebuild);
   // Returns whether the clusters of any surface have changed since the last refit().

@@ -1,7 +1,7 @@
-// Search for pairs of features that is divided among all ranks ([Thomaszewski2010], 5.3). The
-// hierarchies of the partitions are traversed from their roots in every search. Traversal and the
-// tests of feature pairs form one stream of work, so ranks communicate only to balance this work
-// and to gather results at the end.
+// Search for pairs of features that is divided among all ranks ([Thomaszewski2010], 5.3). In every
+// search, the hierarchies of PartitionTrees are traversed from their roots. During a search, ranks
+// communicate only to balance their work (Decomposition::Dynamic). At its end, they gather results
+// and, in some dynamic searches, costs.
 #pragma once
 
 #include <algorithm>
@@ -39,13 +39,15 @@ class SharedSearch {
   // Receives a pair of features. Called concurrently by different threads.
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
 
-  // Collective. Passes to take() all pairs of features whose 18-DOPs overlap, each on one rank.
-  // Omits pairs that do not collide because of an attachment, and pairs that share a vertex. All
-  // other pairs that come closer than the sum of the inflations of their surfaces are found. If
-  // take() throws on a rank, all ranks throw in gather().
+  // Collective. Passes to take() all pairs of features that belong to one of the surface pairs and
+  // whose 18-DOPs overlap, each on one rank. The 18-DOPs enclose `motion` and are inflated by
+  // motion.inflation. Omits pairs that do not collide because of an attachment, and pairs that
+  // share a vertex. All other pairs that come closer than the sum of the inflations of their
+  // surfaces are thus found. If take() throws on a rank, all ranks throw in gather().
   void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
 
-  // Collective. Returns the records that the threads of all ranks made in the last each_pair().
+  // Collective. Ends a search that each_pair() began. Returns the records that the threads of all
+  // ranks made in it. `of_thread` contains those of each thread of this rank.
   template <class Record>
   std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
     struct Nothing {};
@@ -82,7 +84,8 @@ class SharedSearch {
   // Report on the last search of this rank; empty if this search did not use the task pool.
   const PoolReport& report() const { return report_; }
   // Time of the last search on this rank, from the end of the first refit to the end of gather()
-  // [s]. The first refit includes the features, unless refits_only_compared() returns true.
+  // [s]. If refits_only_compared() returns true, the first refit computes only the boxes of nodes,
+  // so the time includes the refit of features.
   double seconds() const { return seconds_; }
   std::size_t result_bytes() const { return result_bytes_; }  // size of the last result [bytes]
   // Memory of the hierarchies on this rank [bytes].
@@ -104,14 +107,14 @@ class SharedSearch {
   const int n_parts_;
   PartitionTrees trees_;
   RecordedTests* recorded_ = nullptr;
-  bool still_ = false;     // all vertices were at rest in the last search
-  bool measures_ = false;  // the last search measured costs for `deals_`
-  // Divisions of the first tests of dynamic searches. Index 0: vertices move; index 1: vertices are
-  // at rest (`still_`).
+  bool still_ = false;     // all vertices are at rest in the current or last search
+  bool measures_ = false;  // the current or last search measures costs for `deals_`
+  // Divisions of the first tests of dynamic searches. Index 0: searches in which vertices move;
+  // index 1: searches in which all vertices are at rest (`still_`).
   SearchDeal deals_[2];
   GatherRoom room_[2];                            // for results; indices as in deals_
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
-  std::exception_ptr failure_;                    // failure of the last search on this rank
+  std::exception_ptr failure_;                    // exception in each_pair(), for gather()
   PoolReport report_;
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;

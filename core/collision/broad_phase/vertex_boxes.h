@@ -15,7 +15,8 @@ class VertexBoxes {
   explicit VertexBoxes(Index n_vertices) : place_(n_vertices, 0) {}
 
   // Removes all boxes. Returns a number that identifies the boxes that callers add from now on,
-  // until the next call of begin(). Frees the memory if the removed boxes filled less than half.
+  // until the next call of begin(). Frees the memory if the removed boxes filled less than half of
+  // it.
   std::int64_t begin() {
     if (2 * static_cast<std::size_t>(n_) < boxes_.size()) boxes_ = std::vector<PackedSlabs>();
     n_ = 0;

@@ -8,11 +8,11 @@ namespace loomstone {
 
 namespace {
 
-// Target gap after clean-up, as a fraction of the thickness. Our choice. For contacts of cloth with
-// bodies and obstacles, each further round multiplies the target by `next_target`, down to twice
-// CollisionModel::gap_floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay
-// constant. A target is at most the distance at the start or twice CollisionModel::gap_floor,
-// whichever is larger.
+// Target gap of the first round of clean-up, as a fraction of the thickness. Our choice. Between
+// cloth and bodies or obstacles, each further round multiplies the target by `next_target`, but not
+// below twice CollisionModel::gap_floor, so that cloth fits into narrow gaps. Between cloth and
+// cloth, the target is the same in all rounds. No target exceeds the larger of two distances: the
+// distance at the start and twice CollisionModel::gap_floor.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
 // Tolerance of Impulses::solve(), relative to the target gap with which a contact was added.

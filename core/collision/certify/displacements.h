@@ -3,8 +3,9 @@
 // cannot move, such as a moving obstacle or prescribed vertices. The unit then follows this
 // carrier, and withhold() affects only the motion of the unit relative to the carrier:
 //   x1 = x0 + carry + share (displacement - carry)
-// `carry` is the displacement that the carrier gives the unit, and `share` is the fraction of the
-// relative motion that the unit keeps. The pose of a body is interpolated in the same way.
+// `displacement` is the requested displacement of the unit, `carry` the displacement that the
+// carrier gives the unit (0 without a carrier), and `share` the fraction of the relative motion
+// that the unit keeps. The pose of a body is interpolated in the same way.
 #pragma once
 
 #include <vector>
@@ -29,8 +30,10 @@ class Displacements {
   double share(Index v) const { return share_[unit(v)]; }
   bool carried(Index v) const { return carrier_[unit(v)] != none; }
 
-  // Makes the unit of `v` follow the immovable vertices of an impact, unless the unit already has a
-  // carrier or these vertices are at rest.
+  // Makes the unit of `v` follow the immovable vertices of an impact. If one of them belongs to a
+  // body or obstacle that moves rigidly, the unit follows the motion of this body or obstacle,
+  // otherwise the weighted mean displacement of these vertices. Does nothing if the unit already
+  // has a carrier, or if this motion is zero.
   void carry_with_immovable(Index v, const StepImpact& impact);
   // Makes the unit of `v` follow the carrier of the unit of `other`.
   void carry_with_vertex(Index v, Index other);

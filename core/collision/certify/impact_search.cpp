@@ -31,7 +31,8 @@ ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase,
                            NeighbourLists& lists)
     : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
-// Decides which feature pairs have an impact during the motion from inputs.x0 to x1.
+// Decides whether a feature pair has an impact that find() must return, in the motion from
+// inputs.x0 to x1.
 struct ImpactSearch::PairTest {
   const CollisionModel& model;
   const MotionInputs& inputs;

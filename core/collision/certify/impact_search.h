@@ -1,7 +1,8 @@
-// Finds the impacts of a step: pairs of features for which continuous collision detection cannot
-// prove that they stay farther apart than gap_floor() (narrow_phase/continuous.h) during the motion
-// x0 -> x1. Candidates come from the neighbour lists and, for surface pairs without lists, from the
-// broad phase. If share() has set a SharedSearch, all candidates come from this search instead.
+// Finds the impacts of a motion x0 -> x1: pairs of features for which continuous collision
+// detection cannot prove that they stay farther apart than gap_floor() (narrow_phase/continuous.h).
+// ImpactSearch::find() states which pairs are excluded. Candidates come from the neighbour lists
+// and, for surface pairs without lists, from the broad phase. If share() has set a SharedSearch,
+// all candidates come from this search instead.
 #pragma once
 
 #include <vector>
@@ -27,9 +28,10 @@ class ImpactSearch {
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
   // Collective. Each rank tests a share of the pairs, and all ranks receive all impacts. Returns
-  // the impacts sorted by (kind, key). Excludes pairs that touch at x0, pairs without a movable
-  // vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only pairs with
-  // a changed vertex. If the search uses the lists, they are updated to x0.
+  // the impacts sorted by (kind, key). Excludes pairs that touch at x0 (Impact::touching), pairs
+  // without a movable vertex, and pairs that the tangle ignores. If `changed` (n) is not null,
+  // tests only pairs with a vertex whose entry in `changed` is 1. If the search uses the lists,
+  // they are updated to x0.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 

@@ -12,15 +12,15 @@ namespace {
 // its relative motion up to the time of impact.
 constexpr double share_of_time = 0.8;
 constexpr int partial_passes = 8;  // later passes withhold all of a unit's relative motion
-// Index of the last pass, counted from 0. The number of passes is bounded, because impacts that
+// Largest index of a pass, counted from 0. The number of passes is bounded, because impacts that
 // cannot be resolved could recur forever.
 constexpr int most_passes = 40;
 
-// Gives a common carrier to the movable units of an impact that remains although all their relative
-// motion is withheld. The motion of carriers or of immovable vertices then causes the impact. Units
-// without a carrier follow the carrier of the first carried unit or, if no unit is carried, the
-// immovable vertices. If all units are carried, they follow the carrier of the first one. Returns
-// false if nothing changes.
+// Joins the movable units of an impact to a common carrier. All their relative motion is already
+// withheld, so the motion of carriers or of immovable vertices causes the impact. Units without a
+// carrier follow the carrier of the first carried unit or, if no unit is carried, the immovable
+// vertices. If all units are carried, they follow the carrier of the first one. Returns false if
+// nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;

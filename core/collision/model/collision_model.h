@@ -68,7 +68,7 @@ struct CollisionModel {
   Index surface_of_edge(Index edge) const { return surface_of_vertex(edges(edge, 0)); }
 
  private:
-  // Returns the last surface whose `first` does not exceed `feature`.
+  // Returns the index of the last surface whose member `first` is at most `feature`.
   Index containing(Index feature, Index CollisionSurface::* first) const {
     const auto next = std::ranges::upper_bound(surfaces, feature, {}, first);
     return static_cast<Index>(next - surfaces.begin()) - 1;

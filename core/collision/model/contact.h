@@ -28,8 +28,9 @@ struct ContactState {
   struct Anchor {
     ContactKind kind;
     Index a, b;
-    Vec3 slip;  // tangential displacement of a relative to b, from the anchor [m]
-    // Normal force at the start of the last part, times the contact's share (contact_shares()) [N].
+    Vec3 slip;  // tangential displacement of feature a relative to feature b, from the anchor [m]
+    // Normal force times the contact's share (contact_shares()) [N], at the start of the part of
+    // the step after which the anchor was stored.
     double normal_force;
 
     bool operator==(const Anchor& other) const = default;

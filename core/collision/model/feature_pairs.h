@@ -56,8 +56,8 @@ inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKi
   return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
 }
 
-// Returns the smallest AttachedTo::distance [m] of those vertices of each feature that are attached
-// to the surface of the other feature, or infinity if there is no such vertex.
+// Returns the smallest AttachedTo::distance [m] of the vertices that are attached to the surface of
+// the other feature, or infinity if there is no such vertex.
 double attached_distance(const CollisionModel& model, ContactKind kind,
                          const std::array<Index, 4>& vertices);
 

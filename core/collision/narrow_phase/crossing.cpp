@@ -8,11 +8,11 @@ namespace loomstone {
 // Let r be the vector between points of the two edges a and b at the parameters s and t. Let f and
 // g be the products r . a and r . b. Assume that, after a relative motion of at most m, the closest
 // points are interior and closer than `thickness`. Then f and g vanish at these points after the
-// motion. Before it, |f| was at most m (|a| + 2 thickness): the motion changes r by at most m and a
-// by at most 2 m, and |r| is less than `thickness` after it. Likewise, |g| was at most
-// m (|b| + 2 thickness). Both products are linear in s and t. So are the two linear combinations of
-// f and g from which t or s cancels. For each of these four functions, the smallest magnitude for s
-// and t in [0, 1] gives a lower bound on m.
+// motion. Before it, at the same s and t, |f| was at most m (|a| + 2 thickness): the motion changes
+// r by at most m and a by at most 2 m, and |r| is less than `thickness` after it. Likewise, |g| was
+// at most m (|b| + 2 thickness). Both products are linear in s and t. So are the two linear
+// combinations of f and g from which t or s cancels. For each of these four functions, the smallest
+// magnitude for s and t in [0, 1] gives a lower bound on m.
 double motion_to_cross(const FourPoints& p, double thickness) {
   const Vec3 a = p[1] - p[0], b = p[3] - p[2], r = p[0] - p[2];
   const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b), ra = r.dot(a),

@@ -1,4 +1,4 @@
-// Lower bound on the motion after which two edges can cross.
+// Lower bound on the relative motion that two edges need before they can cross.
 #pragma once
 
 #include "core/collision/narrow_phase/distance.h"

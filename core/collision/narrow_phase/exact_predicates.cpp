@@ -118,8 +118,8 @@ int exact_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
   return add(add(x, y), z).sign_of();
 }
 
-// Returns whether the coplanar segments p q and r s intersect. Orientations are those of the
-// projections along coordinate `dropped`.
+// Returns whether the coplanar segments p q and r s intersect. Orientations are computed in the
+// projection along coordinate `dropped`, in which the common plane must not become a line.
 bool segments_meet_in_plane(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s,
                             int dropped) {
   const int a = orientation_in_plane(p, q, r, dropped), b = orientation_in_plane(p, q, s, dropped);

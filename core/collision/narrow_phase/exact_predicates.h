@@ -1,6 +1,6 @@
 // Exact geometric predicates, which follow from signs of determinants of point coordinates.
 // Coordinates may be any doubles whose products neither overflow nor underflow. A floating-point
-// filter decides most signs; expansions decide the rest [Shewchuk1997].
+// filter decides most signs. Exact sums of doubles (expansions, [Shewchuk1997]) decide the rest.
 #pragma once
 
 #include "core/base/types.h"

@@ -27,8 +27,9 @@ struct Polygon {
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;
 
-// Bernstein coefficients and their error bounds. Let c_k be the corners of the polygon. The normal
-// c_k x c_(k+1) of each side is quadratic in time. The volume that c_0, c_1 and c_2 span is cubic.
+// Bernstein coefficients of the side normals and of the volume, with error bounds. Let c_k be the
+// corners of the polygon. The normal c_k x c_(k+1) of each side is quadratic in time. The volume
+// that c_0, c_1 and c_2 span is cubic.
 template <class Lanes>
 struct Curves {
   Lanes side[3][n_packs];

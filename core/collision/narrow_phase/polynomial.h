@@ -32,8 +32,9 @@ class AlgebraicTime {
  private:
   friend bool any_root(const Polynomial&, const std::function<bool(const AlgebraicTime&)>&);
 
-  // Middle is the midpoint of the interval to which the path leads. Root is the only root of
-  // polynomial_ inside that interval. polynomial_ has no double roots.
+  // Start and End are the times 0 and 1. Middle is the midpoint of the interval to which the path
+  // leads. Root is the only root of polynomial_ inside that interval. polynomial_ has no multiple
+  // roots.
   enum class Kind { Start, End, Middle, Root };
   using Path = std::vector<bool>;  // bisections of [0, 1]; true: upper half
 

@@ -13,11 +13,11 @@ namespace loomstone {
 namespace {
 
 // A contact can count as closing only if its predicted gap is less than this fraction of its gap at
-// the start. Our choice.
+// the start. Our choice. For the second condition, see is_closing().
 constexpr double closing = 0.25;
 
-// Weight, in ContactError::relative(), of the normal forces that pull. Our choice: with a weight of
-// 1, steps are solved again more often, and cloth leaves surfaces no faster.
+// Weight of the ratio of pulling to pushing normal forces in ContactError::relative(). Our choice:
+// with a weight of 1, steps are solved again more often, and cloth leaves surfaces no faster.
 constexpr double weight_of_pull = 0.5;
 
 Mat3 tangent_projector(const Vec3& normal) {
@@ -34,9 +34,9 @@ Vec3 weighted(const Contact& contact, const Field& field) {
   return sum;
 }
 
-// Largest allowed slope of a normal force, in units of the effective mass of the contact's free
-// cloth vertices divided by the square of the step. Our choice. With a steeper contact, the matrix
-// could lose positive definiteness in single precision.
+// Largest allowed slope of a normal force, in units of M / h^2. Here h is the step, and M is the
+// effective mass of the contact's free cloth vertices: 1 / M is the sum of w_i^2 / m_i. Our choice.
+// With a steeper contact, the matrix could lose positive definiteness in single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended

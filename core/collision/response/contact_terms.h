@@ -15,8 +15,8 @@
 
 namespace loomstone {
 
-// Data of one contact that its ExtraTerm does not contain. Pairs, weights, normals and anchors are
-// constant during a step. The gap is measured along the constant normal.
+// Data of one contact that its ExtraTerm does not contain. The feature pair, weights, normal and
+// anchor of a contact are constant during a step. The gap is measured along the constant normal.
 struct ContactLaw {
   Vec3 normal;
   double distance, thickness;  // distance at the start, thickness [m]
@@ -31,8 +31,9 @@ struct ContactLaw {
   bool counts;
 };
 
-// Error of the forces in contact terms, compared with those due after a motion; see
-// ContactTerms::forces_after(). Errors of several ranks can be added in any order.
+// Error of the forces in contact terms, compared with the forces that contact and friction exert
+// after a motion; see ContactTerms::forces_after(). Errors of several ranks can be added in any
+// order.
 struct ContactError {
   enum { Wrong, Limit, Pull, Push, Closing, n_sums };
   // Sums over contacts: error of friction [N], friction limit [N], normal forces that pull [N],
@@ -78,15 +79,15 @@ class ContactTerms {
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
-  // Linearises the terms again about the start of the step. The normal force after `displacement`
-  // gives the friction limit. The slip after `displacement` gives the friction force and its secant
-  // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. If a
-  // contact has pulled, its normal stiffness is the secant stiffness up to the larger of two gaps:
-  // that after `displacement` and that after the predicted motion. With `keep_normal`, normal
-  // forces change only in contacts that have pulled, and these contacts have no friction. Returns
-  // the sums of ContactError over terms that count. The error refers to the forces that `terms` had
-  // before the call. `inverse_mass` of cloth rows [1/kg] is used to predict the slip of contacts
-  // whose friction was too large.
+  // Linearises the terms again about the start of the step. The normal force that is expected after
+  // `displacement` gives the friction limit. The slip after `displacement` gives the friction force
+  // and its secant stiffness. If a contact would close, its normal stiffness is also a secant
+  // stiffness. If a contact has pulled, its normal stiffness is the secant stiffness up to the
+  // larger of two gaps: that after `displacement` and that after the predicted motion. With
+  // `keep_normal`, normal forces change only in contacts that have pulled, and these contacts have
+  // no friction. Returns the sums of ContactError over terms that count. The error refers to the
+  // forces that `terms` had before the call. `inverse_mass` of cloth rows [1/kg] is used to predict
+  // the slip of contacts whose friction was too large.
   ContactError forces_after(const Team& team, const Points& displacement, double time,
                             const Vector& inverse_mass, bool keep_normal, ExtraTerms& terms) const;
 

@@ -122,7 +122,8 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   for (const std::size_t c : others) {
     const Contact& contact = contacts[c];
     // After all calls of consider(), found[c] is the anchor with the largest normal force among the
-    // anchors of neighbouring pairs. If several have this force, it is the first of them.
+    // anchors of neighbouring pairs. If several have this force, it is the one that consider()
+    // received first.
     const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
       if (found[c] && anchor.normal_force <= found[c]->normal_force) return;
       if (neighbours(model, contact.kind, theirs, ours)) found[c] = &anchor;

@@ -34,9 +34,10 @@ struct ContactInputs {
   const Points& x0;  // (n x 3) positions at the start [m]
   // Predicted velocities. The velocities of obstacle vertices enter ExtraTerm::drift.
   const VertexVelocities& v0;
-  // Expected changes of velocity; 0 for bodies and if unknown. The change of cloth is that in the
-  // last step, scaled to `step`. The change of an obstacle is v0 minus the mean velocities of its
-  // vertices in the last step, turned with the obstacle.
+  // Expected changes of velocity [m/s]; 0 for bodies and if unknown. For cloth, the change in the
+  // last part, scaled to `step`. For an obstacle, v0 minus the mean velocities of its vertices in
+  // the last part, turned with the obstacle; 0 if no obstacle moves. For details, see
+  // obstacle_changes() in core/sim/step/near_contacts.cpp.
   const VertexVelocities& change;
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // length h of the step [s]

@@ -13,9 +13,10 @@ namespace {
 // surfaces are not thrown apart. At this speed, a sheet that has passed 50 thicknesses through
 // another returns in half a second if steps are no longer than 5 ms.
 constexpr double speed = 100.0, longest = 0.5;
-// Largest acceleration that a term gives to edge and triangle [m/s^2]. Our choice. Stronger forces
-// at neighbouring piercings work against each other and against the membrane: without this bound,
-// crossed sheets with a membrane stiffness of 1e5 N/m take up to twice as long to part.
+// Largest relative acceleration of edge and triangle that a term causes [m/s^2]. Our choice.
+// Stronger forces at neighbouring piercings work against each other and against the membrane:
+// without this bound, crossed sheets with a membrane stiffness of 1e5 N/m take up to twice as long
+// to part.
 constexpr double largest_acceleration = 1000.0;
 
 // Returns the distance by which the edge moves along `way_out` relative to the triangle in this

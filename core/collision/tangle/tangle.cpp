@@ -16,8 +16,9 @@ namespace {
 // Lower bound on the sine of the angle between an edge and the plane of a triangle. Smaller sines
 // are replaced by it.
 constexpr double least_sine = 0.2;
-// Smallest length of the sum of the unit directions of the contour segments at a piercing. Below
-// this length, the contour is almost straight and has no direction in which it becomes shorter.
+// Smallest length of the sum of the unit directions of the contour segments at a piercing for which
+// the piercing gets a direction that shortens the contour (Piercing::way_out). If the sum is
+// shorter, the contour is almost straight there.
 constexpr double least_bend = 0.05;
 
 Index root(std::vector<Index>& parent, Index i) {

@@ -41,7 +41,8 @@ struct Retraction {
   // All vertices of the connected surface through which `inner` has partly passed.
   std::vector<Index> outer;
   int contour = -1;  // index of the first piercing of the contour
-  // Mean of the points where edges of `inner` pierce `outer`, weighted by Piercing::segment [m].
+  // Mean of the points where `outer` is pierced by edges that lead into the part that has passed
+  // through, weighted by Piercing::segment [m].
   Vec3 point = Vec3::Zero();
   Vec3 direction = Vec3::Zero();  // unit direction in which `inner` moves relative to `outer`
   // Mean width of the part of `inner` that has passed through [m]: the area of this part divided by

@@ -50,7 +50,8 @@ bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& la
 }  // namespace
 
 // Finds the parts into which contours divide surfaces, and the retractions. The smaller of the two
-// parts at a contour is assumed to have passed through the other surface.
+// parts at a contour is assumed to have passed through the other surface. If split_by_side() has
+// made the parts, this is assumed only of the smallest part of both surfaces.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);
   tangle.part.assign(model_.n_vertices, -1);

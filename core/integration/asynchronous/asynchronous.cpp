@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest number of repetitions of an interval. Before each repetition, the steps of some triangles
-// are shortened. Our choice.
+// Largest number of repetitions of an interval. An interval is repeated if shorten() has shortened
+// the step of any triangle. Our choice.
 constexpr int most_repetitions = 8;
 
 std::vector<LimitModes> potential_of(const Asynchronous& options, const ClothModel& model) {

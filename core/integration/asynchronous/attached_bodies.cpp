@@ -61,7 +61,8 @@ void AttachedBodies::join(Index b, Points& v) {
     moment += tied.mass * tied.local;
     momentum += tied.mass * v.row(tied.row).transpose();
   }
-  // Common centre of mass relative to the body's own centre of mass, in body axes [m].
+  // Centre of mass of the body with its vertices, relative to that of the body alone, in body axes
+  // [m].
   const Vec3 centre = moment / body.mass;
   const Mat3 rotation = rotation_matrix(body.pose.orientation);
   Vec3 spin = rotation * body.inertia * rotation.transpose() * body.angular_velocity -

@@ -14,7 +14,8 @@ class AttachedBodies {
  public:
   // Begins an interval. Each body and its vertices get the common rigid motion that conserves their
   // momentum and angular momentum. Vertices that are not at their attachment points move to them
-  // during the interval.
+  // during the interval. `body_velocity` (rows as in finish()) contains the velocities of the
+  // bodies after the impulses of the loads.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
   // Ends the interval. Stores the velocities of the bodies in `body_velocity` (two rows for each
@@ -25,8 +26,8 @@ class AttachedBodies {
   void load(Index body, double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
   // the velocities of the vertices to those that the motion of the body gives them. The positions
-  // and the pose belong to the time `ahead` [s] after the impulses (negative: before), so a change
-  // of velocity moves them, too.
+  // and the pose belong to the time `ahead` [s] after the impulses (negative: before). They are
+  // changed, too, because they depend on the velocities.
   void absorb(Index body, double ahead, Points& x, Points& v);
   // Moves a body and its vertices for a duration of `time` [s].
   void drift(Index body, double time, Points& x, Points& v);
@@ -45,7 +46,8 @@ class AttachedBodies {
   struct Tied {
     Index row;
     double mass;  // [kg]
-    // Attachment point relative to the common centre of mass, in body axes [m].
+    // Attachment point relative to the centre of mass of the body with its vertices, in body axes
+    // [m].
     Vec3 local;
     // Vector from attachment point to vertex at the start of the interval, in world axes [m].
     Vec3 offset = Vec3::Zero();
@@ -53,8 +55,8 @@ class AttachedBodies {
   };
   struct Own {
     std::vector<Tied> tied;
-    // Centre of mass of the body without its vertices, relative to the common centre of mass, in
-    // body axes [m].
+    // Centre of mass of the body alone, relative to that of the body with its vertices, in body
+    // axes [m].
     Vec3 centre = Vec3::Zero();
     // Impulses of the loads in the interval [N s, N m s].
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
@@ -65,7 +67,8 @@ class AttachedBodies {
   void join(Index body, Points& v);
   void place(Index body, Points* x, Points& v);
 
-  std::vector<EventBody> bodies_;  // their masses include those of the attached vertices
+  // Each body together with its attached vertices: common mass, inertia and centre of mass.
+  std::vector<EventBody> bodies_;
   std::vector<Own> own_;
   std::vector<Index> body_of_;  // (n) see body_of(); empty: nothing is attached
   double interval_ = 0.0;       // [s]

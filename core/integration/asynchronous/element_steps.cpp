@@ -180,8 +180,8 @@ LimitPhases ElementSteps::phases_at(Index t, const Points& green) const {
   return phases;
 }
 
-// Computes the strains, stretches, limit phases and tensions at x, unless x is the same as in the
-// last call.
+// Computes the strains, stretches and tensions at x and, with a limit potential, the limit phases.
+// Does nothing if x is the same as in the last call.
 void ElementSteps::measure(const Team& team, const Points& x, Elasticity& elasticity) {
   if (same_bits(x, x_)) return;
   elasticity.strain(team, x, green_, stretch_);

@@ -27,7 +27,8 @@ inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
 // step h is stable for K if h^2 lambda + 2 h delta <= 4, where lambda [1/s^2] and delta [1/s] are
 // the largest eigenvalues of stiffness and of viscosity, both divided by mass. The largest
 // eigenvalue of the whole cloth is at most the largest eigenvalue of its triangles [Fried1972]. The
-// step of a triangle includes the factor `safety`: h^2 lambda + 2 h delta = 4 safety^2.
+// step of a triangle satisfies h^2 lambda + 2 h delta = 4 safety^2, with Element::safety. With a
+// limit potential, it can be shorter; see at().
 class ElementSteps {
  public:
   // limits (m): modes of the limit potential; may be empty.
@@ -41,12 +42,13 @@ class ElementSteps {
   // adds. delta_0 is the value at rest. lambda_0 is the eigenvalue at rest plus the largest
   // eigenvalue that the stiff phases of the limit modes add. Each mode counts as being in the
   // higher of two phases: that at x, and that at the positions that v predicts after the longest
-  // step at rest. With a limit potential, steps are so short that no strain component is predicted
-  // to change by more than 0.1 in a step. The result is valid until the next call.
+  // step at rest of all triangles. With a limit potential, steps are also so short that no strain
+  // component is predicted to change by more than 0.1 in a step. The result is valid until the next
+  // call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s], for the strains at the positions x of the last call of at() or
   // first_unstable(). Each limit mode counts as being in the higher of two phases: its phase at
-  // these strains, and its entry of `phases`.
+  // these strains, and its entry of `phases`. The change of strain does not limit this step.
   double step_in_phases(Index t, const LimitPhases& phases) const;
   // Returns the first triangle whose strain at x is not finite or whose step in `steps` (m) [s] is
   // longer than its stability limit; -1 if there is none.
@@ -74,7 +76,8 @@ class ElementSteps {
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;
-  Points x_, green_;  // positions x of the last call of measure(), and the strains there
+  // Positions at the last call of measure() (n x 3) [m], and the Green strains there (m x 3) [1].
+  Points x_, green_;
   Vector stretch_, tension_;
   std::vector<LimitPhases> phases_;  // (m) phases at x_
   Points next_x_, next_green_;

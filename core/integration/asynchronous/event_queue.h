@@ -27,7 +27,7 @@ void take_events(double interval, Elements& elements, Points2& clocks) {
   for (Index e = 0; e < clocks.rows(); ++e)
     if (clocks(e, 1) <= interval) heap.emplace_back(clocks(e, 1), e);
   std::make_heap(heap.begin(), heap.end(), std::greater<>());
-  clocks.col(0) *= -1.0;  // makes both columns relative to the start of the interval
+  clocks.col(0) *= -1.0;  // both columns are now times from the start of the interval
   while (!heap.empty()) {
     std::pop_heap(heap.begin(), heap.end(), std::greater<>());
     const auto [time, element] = heap.back();

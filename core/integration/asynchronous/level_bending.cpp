@@ -12,7 +12,8 @@ namespace loomstone {
 namespace {
 
 // Largest number of triangles in a patch, which consists of consecutive triangles. Our choice:
-// small enough for graded meshes, large enough that most neighbours are in the same patch.
+// small enough that the triangles of a patch are about equally large in graded meshes, and large
+// enough that most neighbours are in the same patch.
 constexpr Index patch = 64;
 
 double longest_step(double eigenvalue, double damping, double safety) {

@@ -43,7 +43,7 @@ class BendingGroup {
   // Adds the impulses of the forces at x, times inverse_mass, to the velocities v (n x 3).
   void kick(const Team& team, const Kick& kick, const Vector& inverse_mass, const Points& x,
             Points& v);
-  // Positions of the vertices at the last kick; used with damping only.
+  // Positions of vertices() at the last kick [m]; used only with damping.
   Points& last() { return last_; }
 
  private:
@@ -56,11 +56,11 @@ class BendingGroup {
   Points x_, last_, rate_, force_;
 };
 
-// Returns the longest steps h (m) of bending without other forces [s]. A patch is a run of 64
-// consecutive triangles, or fewer at the end of the mesh. All triangles of a patch have the same
-// step, which satisfies h (h + 2 beta) lambda = 4 safety^2. For the bending of the patch and of the
-// triangles next to it, lambda [1/s^2] is the largest eigenvalue of M^-1 K, and beta [s] is the
-// largest damping. The step of triangles without bending is infinite.
+// Returns the longest steps h (m) that bending alone permits, for the given `safety` [s]. A patch
+// is a run of 64 consecutive triangles, or fewer at the end of the mesh. All triangles of a patch
+// have the same step, which satisfies h (h + 2 beta) lambda = 4 safety^2. For the bending of the
+// patch and of the triangles next to it, lambda [1/s^2] is the largest eigenvalue of M^-1 K, and
+// beta [s] is the largest damping. The step of triangles without bending is infinite.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 

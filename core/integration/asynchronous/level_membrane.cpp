@@ -108,7 +108,7 @@ std::vector<LimitPhases> LevelMembrane::take_phases() {
 }
 
 // Sets rates_ at the vertices of a level to their mean velocities since the last event of the
-// level, `step` [s] ago.
+// level, which took place `step` [s] ago.
 void LevelMembrane::find_rates(const Team& team, int level, const Points& x, double step) {
   const std::vector<Index>& list = vertices_of_[level];
   parallel_for(team, static_cast<Index>(list.size()), [&](Index i) {

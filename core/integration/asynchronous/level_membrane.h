@@ -23,14 +23,15 @@ class LevelMembrane {
   // Finest level of the triangles at each vertex (n).
   const std::vector<std::uint8_t>& vertex_levels() const { return vertex_levels_; }
 
-  // Computes the forces of the levels >= first at x. Viscous forces depend on the strain rate at v.
-  // If v is null, they depend on the mean strain rate since the last call that included the level.
-  // step_of (levels) contains the step of each level [s]. Without viscosity, forces at the end of
-  // an interval are reused at the start of the next one if positions are the same.
+  // Computes the forces of the levels >= first at x. Viscous forces depend on the strain rate of
+  // the velocities v. If v is null, they depend on the mean strain rate since the last call that
+  // included the level. step_of (levels) contains the step of each level [s]. Without viscosity,
+  // forces at the end of an interval are reused at the start of the next one if positions are the
+  // same.
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
-  // Returns the highest phases of the strain limits that each triangle (m) has entered since the
-  // last call; empty without a limit potential.
+  // Returns, for each triangle (m), the highest phase in which each of its limit modes has been
+  // since the last call; empty without a limit potential.
   std::vector<LimitPhases> take_phases();
   // Impulse on a vertex in an event of the levels >= first [N s]. Each triangle of these levels
   // contributes the step of its level times the sum of its force and its fraction of the load (3)
@@ -74,10 +75,12 @@ class LevelMembrane {
   // Bits of the limit phases that have been entered, see membrane::Tables; empty without a limit
   // potential.
   std::vector<std::uint8_t> entered_;
-  // Used only if the membrane is viscous: the vertices of the triangles of each level, their
-  // positions at the last event of that level, and (n x 3) mean velocities since then [m/s].
+  // The next three members are used only if the membrane is viscous.
+  // (levels) Vertices of the triangles of each level.
   std::vector<std::vector<Index>> vertices_of_;
+  // (levels) Positions (n x 3) at the last event of each level [m].
   std::vector<Points> last_;
+  // (n x 3) Mean velocities since the last event of a level [m/s]; see find_rates().
   Points rates_;
 };
 

@@ -7,9 +7,10 @@ namespace loomstone {
 
 namespace {
 
-// Default ratio of two bounds on strain: the present strain above which positions are corrected,
-// divided by the predicted strain above which velocities are corrected. In [Thomaszewski2010],
-// these bounds are 0.10 and 0.075.
+// Ratio of two bounds on strain: the present strain beyond which positions are corrected, divided
+// by the predicted strain beyond which velocities are corrected. If Asynchronous::present is given,
+// it replaces the upper bounds of the present strain that follow from this ratio. In
+// [Thomaszewski2010], the two bounds are 0.10 and 0.075.
 constexpr double present_ratio = 4.0 / 3.0;
 
 LimitedCloth limited_cloth(const ClothModel& model) {

@@ -116,8 +116,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   }
 
   // Adds the bending groups of a mesh. If `together` is true, each triangle has a group, which acts
-  // at the events of the triangle. Otherwise, each run of triangles with the same step has a group
-  // with its own events.
+  // at the events of the triangle. Otherwise, each run of consecutive triangles with the same
+  // bending step has a group with its own events.
   void add_groups(const BendingMesh& mesh, bool together) {
     const auto m = static_cast<Index>(mesh.triangles.size());
     for (Index first = 0, last = 0; first < m; first = last) {
@@ -174,7 +174,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   // Sets BendingGroup::last() from ClothState::element_positions, which contains the positions at
   // the last events of all elements: corners of the triangles, then vertices of the groups. Rows of
   // elements without damping are not used. If the table is empty or `refill` is true, the positions
-  // at the start of the interval replace all of these positions.
+  // at the start of the interval are used instead. Does nothing if no element is damped.
   void begin_damping(bool refill, ClothState& state) {
     if (!damped()) return;
     Points& rows = state.element_positions;

@@ -59,8 +59,9 @@ void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expan
 }
 
 // The errors in the settings are 1.5 times those measured near a ring magnet of 2,900 dipoles. At
-// order 11 and opening 0.4, the relative error is about seven times that of FaceGroups, because the
-// fields of neighbouring dipoles partly cancel, which makes the reference value smaller.
+// order 11 and opening 0.4, the relative error is about seven times that of FaceGroups. The reason
+// is that the gradients of neighbouring dipoles partly cancel. The largest gradient at the same
+// distance, to which the error is relative (see ExpansionSetting), is therefore smaller.
 std::vector<ExpansionSetting> DipoleGroups::settings() const {
   return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
 }

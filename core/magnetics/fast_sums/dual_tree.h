@@ -1,6 +1,6 @@
 // Dual-tree traversal of a tree of observers and a tree of dipoles, starting at both roots. Pairs
-// of cells that are far apart interact by expansions. Pairs of near leaves interact dipole by
-// dipole [Dehnen2002].
+// of cells that are far apart interact by expansions. In pairs of near leaves, the field of each
+// dipole is evaluated at each observer [Dehnen2002].
 #pragma once
 
 #include <algorithm>

@@ -29,7 +29,8 @@ class ExpandedMesh final : public Source {
   std::vector<Panel> surface() const override { return mesh_->surface(); }
 
  private:
-  enum class Place { outside, inside, cut };  // position of a cube relative to the surface
+  // Position of a cube relative to the surface; cut: the surface may pass through the cube.
+  enum class Place { outside, inside, cut };
 
   void add_polarization(const double* points, Index n, double* field) const;
 

@@ -244,7 +244,8 @@ std::vector<Points> far_fields(const Team& team, const ClusterPairs& pairs, cons
                                const std::vector<Vector>& charges) {
   using panel_kernels::add_smoothed_field;
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  // Columns: position (3), charge / (4 pi), and squared smoothing length, which is 0.
+  // Columns: position (3) [m], mu0 times charge / (4 pi) [T m^2], and squared smoothing length,
+  // which is 0.
   using Table = Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor>;
   std::vector<Table> tables(by.clusters().size());
   for (std::size_t c = 0; c < tables.size(); ++c) {

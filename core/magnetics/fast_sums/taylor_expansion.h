@@ -42,10 +42,10 @@ class TaylorExpansion {
     const double* moments;
     double arm[3];  // from the far cell's centre to the centre of `local`
   };
-  // Adds the fields of n far cells to those components of a local expansion that have a z exponent
-  // of at most 1, except the constant, which does not affect field and gradient
-  // (multipole-to-local). complete() computes the components with a z exponent of 2 or more from
-  // the others.
+  // add_far() adds the potentials of n far cells to a local expansion (multipole-to-local). It adds
+  // only to components with a z exponent of at most 1, and omits the constant, which does not
+  // affect field and gradient. complete() computes the components with a z exponent of 2 or more
+  // from the others.
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
   // Shifts the complete expansion `parent` to a new centre, and adds its components with a z

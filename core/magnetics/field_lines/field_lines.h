@@ -14,9 +14,8 @@ namespace loomstone {
 // its `seed`, and a line that is traced only against the field ends there. The other reasons apply
 // in the direction of tracing. `body`: the line enters a solid body, or the thin layer around a
 // body with charged panels. `left`: it leaves the sphere of LineOptions. `closed`: it returns to
-// its seed. `length` is also the reason if a line reaches the largest number of steps. `no_field`
-// is also the reason if the field is not finite, the step becomes too small or the line hardly
-// moves.
+// its seed. `length`: it reaches its maximum length or the largest number of steps. `no_field`: the
+// field vanishes or is not finite, the step becomes too small or the line hardly moves.
 enum class LineEnd : std::uint8_t { seed, body, left, closed, length, no_field };
 
 // Options of trace_field_lines().

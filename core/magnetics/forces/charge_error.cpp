@@ -40,9 +40,10 @@ double calibrated(double difference, double force, double gap) {
 // Returns the factor by which the estimated error of the force on `on` is multiplied if both bodies
 // are induced, because both charges then have errors. Opposite the edges of `by`, the charge of
 // `on` varies at the scale of the gap, but the panels of `on` are not refined there. If the edges
-// of the bodies are parallel and the gap is less than 2.5 times the width (square root of the area)
-// of the largest panel on the finest grid of `on`, the errors add up along whole edges, and the
-// factor is larger. The factors were fitted to true errors, like the formula of calibrated().
+// of the bounding boxes of the bodies are parallel and the gap is less than 2.5 times the width
+// (square root of the area) of the largest panel on the finest grid of `on`, the errors add up
+// along whole edges, and the factor is larger. The factors were fitted to true errors, like the
+// formula of calibrated().
 double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   constexpr double usual = 2.5, along_edges = 5.0, wide = 2.5, parallel = 1e-3;
   const auto box = on.source->box(), other = by.source->box();
@@ -96,9 +97,9 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
 // for two such spheres, whose charges are smoother than those beside a magnet.
 //
 // The decay that the coefficients show is used only if the series has converged or the user has
-// chosen a low degree. If it has not converged, even most of the force can be missing. The error is
-// then at least the force between a plane of infinite permeability and a dipole with the moment of
-// the other body.
+// chosen a low degree. Otherwise, even most of the force can be missing. The result is then at
+// least the force between a plane of infinite permeability and a dipole with the moment of the
+// other body.
 double error_of_series(const MagneticBody& sphere, const MagneticBody& by, double force) {
   if (by.source->series_end().degree > 0) return 0.0;
   constexpr double converged = 6.0;

@@ -50,9 +50,10 @@ struct Curve {
   Vec3 nearest;
 };
 
-// The cuts of a disc: curves, and azimuths [rad]. These are the azimuths at which curves cross each
-// other or the boundaries of the disc, and those of the directions of straight lines. Curves keep
-// their order along the radius between neighbouring azimuths.
+// The cuts of a disc: curves, and azimuths [rad]. The azimuths are those at which the disc begins
+// and ends, those at which curves cross each other or the boundaries of the disc, and those of the
+// two directions of each straight line. Between neighbouring azimuths, the curves keep their order
+// along the radius.
 class DiscCuts {
  public:
   explicit DiscCuts(const Panel& whole)

@@ -12,7 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of parts of a panel above which the panel is cut where the field is singular.
+// Number of parts of a panel above which the panel is cut where the field is singular, if these
+// places are known.
 constexpr Index most_uncut_parts = 16;
 
 // Part of a panel (a rectangle in u and v), with the integral over it and the estimated quadrature

@@ -1,10 +1,10 @@
-// Adaptive quadrature of one source's field over the panels of another. Panels with tensor-product
-// Gauss rules are bisected, in the direction with the larger error, until the estimated total error
-// meets the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
-// of the integrand. Coefficients are assumed to decay geometrically. Let l be the larger of the
-// last two coefficients that the rule resolves, and c the largest of all that it resolves. The
-// estimated error is then 2 l^2 / c. A panel with many parts is cut where the field is singular, if
-// these places are known (cut_panels.h).
+// Adaptive quadrature of one source's field over the panels of another, by tensor-product Gauss
+// rules. Panels are bisected, in the direction with the larger error, until the estimated total
+// error meets the tolerance or most_evaluations is exceeded. The error of an n-point rule is about
+// the Legendre coefficient of degree 2 n of the integrand. Coefficients are assumed to decay
+// geometrically. Let l be the larger of the last two coefficients that the rule resolves, and c the
+// largest of all that it resolves. The estimated error is then 2 l^2 / c. A panel with many parts
+// is cut where the field is singular, if these places are known (cut_panels.h).
 #pragma once
 
 #include <vector>
@@ -32,10 +32,11 @@ struct PanelIntegral {
 };
 
 // Number of field evaluations in one integral above which panels are no longer bisected. The
-// current value and its error are then returned. Parts of lines count like parts of faces.
+// current value and its error are then returned. With n points in a direction, every part of a
+// panel counts as n^2 evaluations, even on a line, where only n are done.
 inline constexpr Index most_evaluations = 2000000;
 
-// Source whose field is integrated, and the panels over which it is integrated.
+// Arguments of an integral: `quantity` is integrated over `panels` in the field of the source `by`.
 struct PanelTask {
   const Source& by;
   const std::vector<Panel>& panels;
@@ -45,8 +46,9 @@ struct PanelTask {
 };
 
 // Integrates over the panels. Unless most_evaluations is exceeded, the estimated error is at most
-// `tolerance` times the largest of these: the norms of the first and last three components of the
-// value, `least`, and 1e-6 times the sum of the norms of the integrals over all parts of panels.
+// `tolerance` times the largest of four numbers: the norm of the first three components of the
+// value, that of the last three, `least`, and 1e-6 times the sum of the norms of the integrals over
+// all parts of panels.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

@@ -18,9 +18,10 @@ void add_force(const Vec3& position, double charge, const Vec3& field, Wrench& s
   sum.torque += position.cross(force);
 }
 
-// Forces and torques that one grid of the body `by` exerts on one grid of the body `on`. The
-// charges mu0 sigma [T] are in the order of the clusters. For each set of charges on `on`, `sums`
-// contains the contribution of these grids to the wrench, times mu0 and GridPair::share.
+// Forces and torques that the clusters of one grid (`by`) exert on those of a grid of another body
+// (`on`). The charges mu0 sigma [T] are in the order of the clusters. For each set of charges on
+// `on`, `sums` contains the contribution of these two grids to the wrench, in the axes of `on` and
+// multiplied by mu0 and GridPair::share.
 struct GridWrenches {
   const PanelClusters &on, &by;
   const RigidPose& pose;  // pose of `on` in the axes of `by`

@@ -25,8 +25,9 @@ struct PlacedCharges {
 // omitted, because the field of the varying charge is expensive to evaluate.
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
 
-// panel_wrench() returns the wrench on `on`. panel_wrenches() returns one wrench for each set of
-// charges on the panels `on` at `pose`. Neither estimates Wrench::error, which is 0.
+// panel_wrench() returns the wrench that `by` exerts on `on`. panel_wrenches() returns the wrench
+// that `by` exerts on the panels `on` at `pose`, for each set of charges on these panels. Errors
+// are not estimated: Wrench::error is 0.
 Wrench panel_wrench(const PlacedCharges& on, const PlacedCharges& by);
 std::vector<Wrench> panel_wrenches(const PanelSet& on, const RigidPose& pose,
                                    const std::vector<Vector>& charges, const PlacedCharges& by);

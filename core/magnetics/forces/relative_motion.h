@@ -1,5 +1,6 @@
-// Rate at which relative motion changes the forces and induced voltages between magnets. Sub-steps
-// must resolve this rate, even if the motion is so fast that forces hardly influence the motion.
+// Rate at which relative motion changes the forces between magnets and currents, and the voltages
+// that they induce in one another. Sub-steps must resolve this rate, even if the motion is so fast
+// that forces hardly influence the motion.
 #pragma once
 
 #include <vector>
@@ -23,11 +24,12 @@ struct MovingMagnets {
 };
 
 // Returns the largest rate of all pairs of magnets on different carriers [1/s]. The rate of a pair
-// is the relative velocity of two dipoles, one of each magnet, divided by their distance, plus the
-// larger of the angular velocities of the two magnets. The two dipoles with the largest ratio
-// count. If their distance is less than the mean size of the two parts that they represent, this
-// mean size replaces the distance. The angular velocity of a soft sphere counts as zero. First
-// computes a cheap upper bound of the result, and returns this bound if it is at most `negligible`.
+// is the sum of two terms. The first is the relative speed of two dipoles, one of each magnet,
+// divided by their distance; the two dipoles with the largest ratio count. If their distance is
+// less than the mean size of the two parts that they represent, this mean size replaces the
+// distance. The second term is the larger of the angular speeds of the two magnets. In this term, a
+// soft sphere counts as not rotating. If a cheap upper bound of the result is at most `negligible`,
+// the function returns this bound instead.
 double relative_motion_rate(const Team& team, const MovingMagnets& moving, double negligible);
 
 }  // namespace loomstone

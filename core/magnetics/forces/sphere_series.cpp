@@ -46,9 +46,9 @@ double sphere_decay(double radius, double other, double distance) {
   return std::max(2.0 * std::acosh(std::max(cosine, 1.0)), slowest_decay);
 }
 
-// Terms of degree l of the force between a dipole and a sphere are assumed to decay as
-// l^4 exp(-x l), which is slower than in truncated_share(). The relative error of truncation at
-// degree d is then about (x d)^4 exp(-x d) / 24.
+// Let x be `decay`. Terms of degree l of the force between a dipole and a sphere are assumed to
+// decay as l^4 exp(-x l), which is slower than in truncated_share(). The relative error of
+// truncation at degree d is then about y^4 exp(-y) / 24 with y = x d. The loop solves for y.
 int degree_of(double decay, double tolerance) {
   double y = -std::log(tolerance);
   for (int i = 0; i < 20; ++i)
@@ -56,11 +56,12 @@ int degree_of(double decay, double tolerance) {
   return static_cast<int>(std::min<double>(std::ceil(y / decay) + 2.0, SphericalHarmonics::most));
 }
 
-// For a dipole that points to the sphere's centre, terms of degree l of the force are proportional
-// to (l + 3/2)^3 exp(-x l), approximately. The terms that the series omits also appear at the
-// points where the field is sampled, and change the terms that it contains. The factor for this
-// effect was fitted to true errors between 1e-8 and 0.3, of dipoles at distances of 1.005 to 2
-// radii. For degrees from 10 on, the estimate is 0.5 to 4 times the true error.
+// For a dipole that points to the sphere's centre, terms of degree l of the force are approximately
+// proportional to (l + 3/2)^3 exp(-x l), where x is SeriesEnd::decay. The terms that the series
+// omits also contribute to the field at its sample points, and thus change the terms that it
+// contains. The factor `sampled` for this effect is fitted to true errors between 1e-8 and 0.3, of
+// dipoles at distances of 1.005 to 2 radii from the centre. For degrees from 10 on, the estimate is
+// 0.5 to 4 times the true error.
 double truncated_share(const SeriesEnd& end) {
   const double sampled = std::clamp(0.8 * (end.degree - 2), 0.0, 40.0);
   const auto beyond = [&](double degree) {  // sum of the terms beyond a degree, except for a factor

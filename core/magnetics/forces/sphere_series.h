@@ -18,8 +18,8 @@ double distance_to_source(const MagneticBody& body, const Vec3& point);
 double sphere_decay(double radius, double distance);
 double sphere_decay(double radius, double other, double distance);
 
-// Returns the degree at which the force has about the relative error `tolerance`, at most
-// SphericalHarmonics::most. `decay` is the result of sphere_decay().
+// Returns the degree of the series with which the relative error of the force is about `tolerance`,
+// but at most SphericalHarmonics::most. `decay` is the result of sphere_decay().
 int degree_of(double decay, double tolerance);
 
 // Returns an estimate of the error of the force between a sphere and a dipole that is due to the

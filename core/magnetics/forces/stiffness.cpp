@@ -29,8 +29,9 @@ Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
   return positions;
 }
 
-// Divides a box into equal parts and returns their centres and size. The parts are nearly cubes,
-// unless this would need more than most_parts of them.
+// Divides a box into equal parts. Returns the centres of the parts, and as their size the cube root
+// of the volume of a part. longest_part bounds the aspect ratio of the parts, unless this would
+// need more than most_parts of them.
 CoarseMagnet divided(const Vec3& low, const Vec3& high) {
   const Vec3 edges = high - low;
   int count[3] = {1, 1, 1};
@@ -111,9 +112,9 @@ constexpr int sphere_rows = 6;
 constexpr double neighbours = 1.6;
 
 // Returns an upper bound of the amount by which all spheres far from sphere i (see `neighbours`)
-// raise its squared frequency, divided by the moment of i and by mu0/4pi. `near` receives the
-// indices of the spheres that are not far, including i, and possibly indices of padding, which the
-// caller must skip.
+// raise the squared angular frequency of its carrier, divided by the moment of i and by mu0/4pi.
+// `near` receives the indices of the spheres that are not far, among them i. Indices from the
+// number of spheres on are padding, which the caller must skip.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {

@@ -1,9 +1,9 @@
 // Upper bounds of the frequencies at which magnetic forces make bodies oscillate. An explicit
 // integrator must resolve these frequencies. A solid magnet is approximated by dipoles at the
 // centres of up to 64 equal parts of its bounding box. A loop or solenoid is treated as a magnet
-// that fills its bore and is at least one radius long. Point dipoles and cells keep their dipoles.
-// A polyline counts as one part of size Source::radius(), with a dipole at its origin. At a
-// distance r, the force between two dipoles with moments m and m' changes by at most
+// that fills its bore and is at least one radius long. Point dipoles and magnets divided into cells
+// keep their dipoles. A polyline counts as one part of size Source::radius(), with a dipole at its
+// origin. At a distance r, the force between two dipoles with moments m and m' changes by at most
 // 24 mu0/4pi m m' / r^5 per displacement, and the torque by at most 2 mu0/4pi m m' / r^3 per angle.
 // If r is less than the mean size of the two parts that the dipoles represent, this mean size
 // replaces r.
@@ -62,9 +62,9 @@ struct FixedMagnet {
 };
 // Adds the contribution of the force of a fixed magnet on soft spheres to `frequencies2`. The
 // stiffness is the moment of a sphere times the second derivative of the field. For a field that
-// falls as r^-3 with the distance r from its source, this derivative is 4 / r times the gradient. A
-// bound follows because r is at least the sphere's radius. If the magnet has at most 64 dipoles, a
-// sum over them gives another bound, and the smaller of the two bounds is used.
+// falls as r^-3 with the distance r from its source, this derivative is 4 / r times the gradient.
+// Because r is at least the sphere's radius, 4 / radius times the gradient is a bound. If the
+// magnet has at most 64 dipoles, a sum over them gives another bound, and the smaller one is used.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

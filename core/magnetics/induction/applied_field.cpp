@@ -12,9 +12,9 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-// Number of leaves at which bisection stops. With this limit, the relative error of the force
-// between a block magnet and a plate is at most 1e-3 if the block is rotated by 17 or 45 degrees
-// (docs/experiments/magnetics.md).
+// If there are at least this many leaves, no further round of bisection starts. With this limit,
+// the relative error of the force between a block magnet and a plate is at most 1e-3 if the block
+// is rotated by 17 or 45 degrees about its axis (docs/experiments/magnetics.md).
 constexpr std::size_t most_leaves = 4000;
 // Panels and leaves are bisected if their error is at least this fraction of the largest error.
 constexpr double worst = 0.1;
@@ -28,7 +28,8 @@ struct Judged {
 // Returns the estimated error of the three-point rule in one direction of a panel. `sums` contains
 // the integrand at the three points, integrated over the other direction. The rule is exact up to
 // degree 5, so its error is about the Legendre coefficient of degree 6. This coefficient is
-// estimated from that of degree 2 and the largest one by assuming geometric decay.
+// estimated from the coefficient of degree 2 and the largest of those of degrees 0 to 2, by
+// assuming geometric decay.
 double panel_rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;

@@ -23,11 +23,12 @@ double log_below(double r, double u, double rest) {
   return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
 }
 
-// Antiderivatives for the integrals of the normal component of the field over two rectangles
-// [Akoun1984]. They are summed over all pairs of corners with alternating signs (rectangle_flux).
-// u, v and w are coordinate differences between two corners. For parallel rectangles, w is along
-// their normal, and the component is w / r^3. For perpendicular rectangles, u is along the normal
-// of the rectangle that receives the flux, v is along their common edge direction, and the
+// Antiderivatives with which the normal component of the field of a point charge is integrated over
+// two rectangles: the positions of the charge and the points that receive the field [Akoun1984].
+// They are summed over all pairs of corners with alternating signs (rectangle_flux). u, v and w are
+// coordinate differences between two corners, and r is their distance. For parallel rectangles, w
+// is along their normal, and the component is w / r^3. For perpendicular rectangles, u is along the
+// normal of the rectangle that receives the field, v is along their common edge direction, and the
 // component is u / r^3.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
@@ -55,8 +56,8 @@ Rectangle rectangle_of(const FlatPanel& p) {
   return r;
 }
 
-// Returns the flux of a unit charge density on `by` through `on` [m^2]. It is positive in the
-// direction of the coordinate axis on.axis, which is normal to `on`.
+// Returns the flux of a unit charge density on `by` through `on` [m^2]. A flux along the positive
+// coordinate axis on.axis, which is normal to `on`, counts as positive.
 double rectangle_flux(const Rectangle& on, const Rectangle& by) {
   const Vec3 on_ends[2] = {on.low, on.high}, by_ends[2] = {by.low, by.high};
   double sum = 0.0;
@@ -213,8 +214,9 @@ class CuboidBoundaryElements final : public BoundaryElements {
   }
 
  private:
-  // Returns the sign of the charge on a mirror image. The bits of `mirror` are the axes along which
-  // the image is mirrored, and those of `symmetry` the axes along which the charge is odd.
+  // Returns the sign of the charge on a mirror image of a panel, relative to the charge on the
+  // panel. The bits that are set in `mirror` are the axes along which the image is mirrored, and
+  // those set in `symmetry` are the axes along which the charge is odd.
   static double sign(int symmetry, int mirror) {
     const int odd = symmetry & mirror;
     return ((odd & 1) + (odd >> 1 & 1) + (odd >> 2 & 1)) % 2 == 0 ? 1.0 : -1.0;

@@ -1,9 +1,9 @@
 // Boundary element method for the surface charge of a linear body in an applied field. It solves
 // the integral equation of the second kind
 //   (1/chi + 1/2) sigma - K sigma = n.H,
-// where H is the applied field and K sigma the normal field of the charge, averaged over both sides
-// of the surface. The charge is uniform on each panel, and both sides of the equation are
-// integrated over each panel (Galerkin).
+// where n.H is the normal component of the applied field, and K sigma is that of the field of the
+// charge, averaged over both sides of the surface. The charge is uniform on each panel, and the
+// equation is integrated over each panel (Galerkin).
 //
 // By Gauss' law, the flux of a panel's charge through the whole surface, averaged over both sides,
 // is half of this charge. The diagonal entries of K are set such that each column sums to exactly

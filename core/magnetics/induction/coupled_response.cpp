@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Tolerance of applied_field(): error of the integral of (B.n) B, relative to the integral of
-// (B.n)^2.
+// Tolerance of applied_field(): estimated error of the surface integral of (B.n) B, relative to the
+// surface integral of (B.n)^2.
 constexpr double refinement = 3e-3;
 
 }  // namespace

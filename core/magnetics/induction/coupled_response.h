@@ -31,8 +31,8 @@ class CoupledResponse {
   // For other pairs, the field is evaluated at the samples of the target.
   Vector received(std::size_t target, const std::vector<Vector>& charges) const;
 
-  // Returns the bodies as sources with given charges, which vary within panels in the same way as
-  // the applied field.
+  // Returns the bodies as sources with given charges. The part of the charge that the applied field
+  // induces directly varies within panels, as this field does.
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
                                    const std::vector<AppliedField>& applied) const;
 

@@ -31,8 +31,8 @@ Bore bore_of(const Source& coil) {
 }
 
 // Records whether those parts of the edge from a to b that lie between the heights of the winding's
-// ends are in the bore or outside it. The function tests the ends of the edge, and the points where
-// the edge crosses the heights of the winding's middle and ends.
+// ends are in the bore or outside it. Only these points of the edge are tested: its ends, if they
+// lie between these heights, and the points at the heights of the winding's middle and ends.
 void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& found) {
   const auto note = [&](const Vec3& x) {
     (x.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;

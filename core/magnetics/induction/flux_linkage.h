@@ -16,8 +16,9 @@ namespace loomstone {
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
-// Locates a solid body relative to a winding. If the body's surface consists of polygons, their
-// edges are tested, and otherwise the centre and radius of the body.
+// Locates a solid body relative to a winding. If the body's surface contains polygons, their edges
+// are tested. Otherwise, the distance of the body's centre from the axis decides, provided that the
+// body's bounding sphere reaches between the heights of the winding's ends.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
 // Returns the flux of dipoles or of an induced body through a loop or solenoid, summed over its

@@ -14,15 +14,15 @@ inline constexpr int most_gmres_iterations = 200;
 
 struct GmresResult {
   Vector solution;
-  double residual = 0.0;  // norm of the residual, relative to that of the right side [1]
+  double residual = 0.0;  // norm of the residual, relative to that of the right-hand side [1]
   int iterations = 0;
 };
 
-// Solves A x = `right`; apply(x) returns A x. The iteration stops if the residual is at most
-// `tolerance` times the norm of the right side, or after `most` steps. `start` is the initial guess
-// (warm start); if it is empty, the guess is zero. The guess is returned unchanged if its relative
-// residual is at most (1 + 1e-6) times the tolerance, because rounding may lift the residual of a
-// converged solution slightly above the tolerance. GmresResult::residual is then at most the
+// Solves A x = `right`; apply(x) returns A x. The solve ends if the norm of the residual is at most
+// `tolerance` times that of `right`, or after `most` iterations. `start` is the initial guess (warm
+// start); if it is empty, the guess is zero. `start` is returned unchanged if its relative residual
+// is at most (1 + 1e-6) times the tolerance, because rounding may lift the residual of a converged
+// solution slightly above the tolerance. In this case, GmresResult::residual is at most the
 // tolerance. If `right` is zero, the solution is zero for any `start`.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
@@ -38,7 +38,8 @@ GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most
     return result;
   }
   first /= left;
-  // Arnoldi vectors and their Hessenberg matrix, which Givens rotations make triangular.
+  // Arnoldi vectors, and the columns of the Hessenberg matrix, which Givens rotations make
+  // triangular.
   std::vector<Vector> basis{first}, columns;
   std::vector<double> cosines, sines, rest{left};
   while (std::abs(rest.back()) > tolerance * size && result.iterations < most) {

@@ -16,8 +16,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest number of spheres for which factors that depend only on distances are kept for all
-// iterations (31 MB).
+// Largest number of spheres for which the factors of distance_kernel() are computed once and kept
+// for all iterations. For this number, they take 31 MB.
 constexpr Index most_kept = 1400;
 
 // Computes 1/R^3 and 3/R^5 for the distances R of every sphere from the eight spheres at x

@@ -18,9 +18,10 @@ namespace {
 constexpr int most_rounds = 50;
 
 // Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
-// rotates the z axes of pairs of spheres onto their line of centres, because translations along z
-// are cheap. Pairs are preferred in which the gap is a smaller fraction of the radius of the sphere
-// that comes first in `soft`. Each sphere belongs to at most one pair.
+// forms pairs of spheres, and rotates the z axes of both spheres of a pair onto their line of
+// centres, because translations of harmonics along z are cheap. Pairs with smaller gaps are formed
+// first; the gap is measured in radii of the sphere that comes first in `soft`. Each sphere belongs
+// to at most one pair.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -91,9 +92,10 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
 }
 
 // Updates the effective susceptibility of `now` if the body can saturate. The demagnetisation
-// factor of the body follows from the volume means of the applied field and of the magnetisation.
-// Returns false if the susceptibility is not changed, because the new value equals the old one
-// within the tolerance, or because the body cannot saturate or is not magnetised.
+// factor of the body follows from the volume means of the applied field (`applied`) and of the
+// magnetisation (`moment` / volume). Returns false if the susceptibility is not changed. This is so
+// if the new value equals the old one within the tolerance, or if the body cannot saturate or is
+// not magnetised.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;

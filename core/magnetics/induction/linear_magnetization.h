@@ -1,5 +1,7 @@
-// Magnetisation of linear bodies by magnets, currents, a uniform field and one another. R_i is the
-// response of body i alone, and G_ij maps the charge of body j to its field at body i. GMRES solves
+// Magnetisation of linear bodies by magnets, currents, a uniform field and one another. The
+// excitation of a body represents the field that acts on its surface. R_i maps the excitation of
+// body i to its charge, and G_ij maps the charge of body j to the excitation of body i. For two or
+// more bodies, GMRES solves
 //   x_i = R_i (applied_i + sum over j != i of G_ij x_j)
 // for the charges x_i of all bodies at once, preconditioned by a block Gauss-Seidel sweep.
 // applied_i is the excitation of body i by the magnets, the currents and the uniform field. A body
@@ -31,10 +33,10 @@ Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
 // Returns the magnetic energy [J] of a body with saturation minus that of a linear body with the
-// same effective susceptibility c (`effective`). Let V be the volume and U(c) the energy of the
-// linear body in a constant applied field. Then U'(c) = -mu0 H^2 V / 2. The force of the field on
-// the body with saturation is that of the energy U(c) + g(c) if g'(c) = -U'(c). With
-// H = M_s (1/c - 1/chi), the function returns
+// same effective susceptibility c (`effective`). Let V be the volume, H the field inside the body,
+// and U(c) the energy of the linear body in a constant applied field. Then U'(c) = -mu0 H^2 V / 2.
+// The force of the applied field on the body with saturation is that of the energy U(c) + g(c) if
+// g'(c) = -U'(c). With H = M_s (1/c - 1/chi), the function returns
 //   g(c) = -mu0 M_s^2 V / (2 c) (1 - r^2 + 2 r ln r),   r = c / chi.
 // It returns 0 for a body without saturation and for infinite c.
 double saturation_energy(const SoftBody& body, double effective);

@@ -35,17 +35,19 @@ struct Linkage {
   double flux = 0.0, size = 0.0;
 };
 
-// Winding along which the potential is integrated, and its pose in the axes of the other winding.
+// Winding along which the vector potential of the other winding is integrated. `pose` is given in
+// the axes of the other winding, and `rotation` is the matrix of its orientation.
 struct Path {
   const Winding& winding;
   RigidPose pose;
   Mat3 rotation;
 };
 
-// Integrates the vector potential of `by`, and its norm, along the circle of the path at the height
-// z. Adds both integrals, times the current that the circle represents, to `sum`. The circle is
-// divided into `around` equal arcs, and the potential is evaluated at the middle of each arc.
-// `share` is the length of an arc times this current [A m].
+// Integrates the tangential component of the vector potential of `by`, and the norm of this
+// potential, along the circle of the path at the height z. Adds both integrals, times the current
+// that the circle represents, to `sum`. The circle is divided into `around` equal arcs, and the
+// potential is evaluated at the middle of each arc. `share` is the length of an arc times the
+// current that the circle represents [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];

@@ -74,8 +74,9 @@ class SoftPanels final : public SoftShape {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
   // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
-  // which varies as rapidly as H. The finest grid carries this charge, on panels, at sample points
-  // and on parts of bisected panels. The rest of the charge is due to the charge on other faces.
+  // which varies as rapidly as H. Only the finest grid carries this charge. A panel carries its
+  // mean, and the samples of the panel carry the deviations from the mean. In place of a bisected
+  // panel, its parts carry the charge. The rest of the charge is due to the charge on other faces.
   // This rest is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
@@ -192,8 +193,9 @@ Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& ord
 }
 
 // grids_of() returns the grids of a body, coarsest first. Extrapolation cancels errors of orders 2
-// and 3 if there are three grids, and of order 2 if there are two. The estimated error is the
-// difference from an extrapolation that cancels orders 2 and 4 (three grids) or order 3 (two).
+// and 3 in 1 / cells if there are three grids, and of order 2 if there are two. The estimated error
+// is the difference from an extrapolation that cancels orders 2 and 4 (three grids) or order 3
+// (two grids).
 using MakePanels = std::function<std::vector<FlatPanel>(int cells)>;
 using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
                                                            const std::vector<FlatPanel>&);
@@ -243,7 +245,7 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
     fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
   // A focus concentrates the panels opposite the magnet. Errors of coarse grids are then not of
   // second order. Only two grids are therefore used, and the coarser one has at least three
-  // quarters of `cells`.
+  // quarters of `cells` panels along each edge.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const auto panels = [&](int count) { return cuboid_panels(size, count, focus); };

@@ -12,11 +12,11 @@ namespace loomstone {
 
 namespace {
 
-// The field on a sphere is projected onto harmonics by a quadrature rule that is exact for products
-// of two harmonics up to the degree of the sphere or least_of_samples, whichever is higher. With a
-// rule for degree 1, higher harmonics of a field that varies over the sphere would count as a
-// uniform field. The value is our choice: with the rule for degree 5, the relative error of the
-// moment of a sphere of degree 1 at 2.8 radii from a magnet is 2e-4.
+// The field on a sphere is projected onto harmonics by a quadrature rule. The rule is exact for
+// products of two harmonics whose degrees are at most that of the sphere or least_of_samples,
+// whichever is higher. With a rule for degree 1, higher harmonics of a field that varies over the
+// sphere would count as a uniform field. The value is our choice: with the rule for degree 5, the
+// relative error of the moment of a sphere of degree 1 at 2.8 radii from a magnet is 2e-4.
 constexpr int least_of_samples = 5;
 
 class SphereOfHarmonics final : public SoftShape {

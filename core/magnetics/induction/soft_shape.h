@@ -1,6 +1,7 @@
 // Magnetically linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes,
-// and the surface charge that an applied field induces on them. Spheres use solid harmonics, for
-// which the response is exact. Cuboids, cylinders and meshes use boundary elements.
+// and the surface charge that an applied field induces on them. Spheres use a series of solid
+// harmonics; the response to each harmonic is exact. Cuboids, cylinders and meshes use boundary
+// elements.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@ struct PanelSet;
 class SoftShape {
  public:
   virtual ~SoftShape() = default;
-  // Returns the points at which the applied field is needed (n x 3) [m].
+  // Returns the points at which the applied field is needed, in the axes of the body (n x 3) [m].
   virtual const Points& samples() const = 0;
   // Returns the excitation of the body by an applied field, given as B at samples() (n x 3) [T].
   // The excitation consists of the fluxes through panels [T m^2], or of the coefficients of a
@@ -34,7 +35,7 @@ class SoftShape {
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]
   virtual double radius() const = 0;  // radius of the bounding sphere about the origin [m]
-  // Returns the body as a hard magnet of 1 T along z, which provides its geometry.
+  // Returns a hard magnet of 1 T along z with the shape of the body, for geometric queries.
   virtual SourcePtr solid() const = 0;
   // Returns the panels that carry the charge, or null for spheres.
   virtual std::shared_ptr<const PanelSet> panels() const { return nullptr; }
@@ -54,13 +55,13 @@ struct SoftBody {
   double saturation = 0.0;  // mu0 M_s [T]; 0 for no saturation
 };
 
-// Checks `cells`, the number of panels of the finest grid along the shortest edge of a cuboid or
-// along the height of a cylinder. `shape` is "cuboid" or "cylinder". Throws InvalidInput unless
-// `cells` is a multiple of 4 from 8 to 48 (cuboid) or from 8 to 24 (cylinder). `name` is the name
-// of the option in the message.
+// Checks the argument `cells` of soft_cuboid() or soft_cylinder(). `shape` is "cuboid" or
+// "cylinder". Throws InvalidInput unless `cells` is a multiple of 4 from 8 to 48 (cuboid) or from 8
+// to 24 (cylinder). `name` is the name of this argument in the message.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
-// Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
+// Throws InvalidInput unless the susceptibility is at least -1 [1] and not 0. Infinity stands for
+// ideal iron.
 void check_susceptibility(double susceptibility);
 
 // Returns a sphere of the given radius [m]. `degree` is the degree of the solid harmonics. If it is
@@ -85,9 +86,10 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 
-// Shape of a closed mesh, relative to the mesh's centre of volume, and the pose of this centre.
-// soft_mesh() bisects triangles until there are at least `panels` of them. Throws InvalidInput if
-// an argument is invalid, or if `panels` or the number of triangles of the mesh exceeds 8,000.
+// Shape of a closed mesh, relative to the mesh's centre of volume, and the pose of this centre in
+// the axes of the mesh. soft_mesh() bisects triangles until there are at least `panels` of them. It
+// throws InvalidInput if an argument is invalid, or if `panels` or the number of triangles of the
+// mesh exceeds 8,000.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

@@ -2,13 +2,14 @@
 // sheets), and cylinder and ring magnets.
 //
 // A body with uniform polarization J has mu0 H = grad(J . grad Psi), where Psi is the Newtonian
-// potential of its volume, the integral of 1 / (4 pi distance). For a cylinder, all second
-// derivatives of Psi follow from three functions of an equivalent current sheet on its side: the
-// field components b_z and b_rho, and t = A_phi / rho. The third derivatives follow from these
-// functions and from current loops at the two ends. Near the axis and far away, azimuthal integrals
-// use the midpoint rule, which converges to rounding accuracy there, and differences between the
-// two ends are computed without cancellation. Elsewhere, azimuthal integrals are expressed by
-// elliptic integrals, as in [Derby2010] for the sheet.
+// potential of its volume, the integral of 1 / (4 pi distance). A ring is the difference of two
+// cylinders. For a cylinder, all second derivatives of Psi follow from three functions of an
+// equivalent current sheet on its side: the field components b_z and b_rho, and t = A_phi / rho,
+// where A_phi is the vector potential. The third derivatives follow from these functions and from
+// current loops at the two ends. Near the axis and far away, azimuthal integrals use the midpoint
+// rule, which converges to rounding accuracy there, and differences between the two ends are
+// computed without cancellation. Elsewhere, azimuthal integrals are expressed by elliptic
+// integrals, as in [Derby2010] for the sheet.
 //
 // Let Phi be mu0 times the scalar potential. Phi is jointly homogeneous of degree 1 in the size s
 // of the body and the position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. If s

@@ -13,8 +13,9 @@
 namespace loomstone {
 
 inline constexpr int n_azimuths = 12;
-// Squared complementary modulus above which the midpoint rule is used. The relative error of the
-// rule is at most of the order of 0.172^24 = 4e-19 there.
+// Squared complementary modulus above which the midpoint rule is used. For a sheet, the least value
+// over the height of the sheet counts. The relative error of the rule is then at most of the order
+// of 0.172^24 = 4e-19.
 inline constexpr double smooth = 0.5;
 
 struct Azimuths {

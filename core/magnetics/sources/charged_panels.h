@@ -1,7 +1,7 @@
 // Surface charge of induced bodies, on flat panels. A uniform charge density on each panel can be
 // supplemented by a charge that varies within panels and is given at sample points. Near a panel,
 // the field of the uniform charge is computed in closed form. Farther away, four point charges
-// replace the panel.
+// replace the panel. Deviations from uniform charge act as smoothed point charges.
 #pragma once
 
 #include <memory>
@@ -24,9 +24,9 @@ struct PanelGrid {
 
 // Panels of a body, without their charge.
 struct PanelSet {
-  // Distance from a panel's centre, in units of FlatPanel::reach, beyond which four points replace
-  // the closed form. The largest relative error of the field there is about 2.4e-4 for a square and
-  // 1.2e-3 for an equilateral triangle.
+  // Distance from a panel's centre, in units of FlatPanel::reach, beyond which four point charges
+  // replace the closed form. The largest relative error of the field there is about 2.4e-4 for a
+  // square and 1.2e-3 for an equilateral triangle.
   static constexpr double near = 5.0;
 
   // `order` is the number of sample points in each direction of a panel.

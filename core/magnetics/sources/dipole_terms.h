@@ -8,7 +8,7 @@
 namespace loomstone {
 
 // Vector r from the dipole to the point, and the powers 1/R^2 and 1/R^3 of its length R, which are
-// 0 if R = 0. If nearest2 > 0, dipole_arm() limits 1/R^3 to nearest2^(-3/2).
+// 0 if R = 0. If nearest2 > 0, dipole_arm() limits 1/R^3 to nearest2^(-3/2), but not 1/R^2.
 template <class Lanes>
 struct DipoleArm {
   Lanes3<Lanes> r;

@@ -28,8 +28,9 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   t.r1 = {p.x - e[3], p.y - e[4], p.z - e[5]};
   const T l = e[6], inverse = 1.0 / l, ux = (e[3] - e[0]) * inverse, uy = (e[4] - e[1]) * inverse,
           uz = (e[5] - e[2]) * inverse;
-  // t0 and t1 are the coordinates of the point along the edge, relative to the two ends. The
-  // squared distance of the point from the line of the edge is computed from the nearer end.
+  // t0 and t1 are the coordinates of the point along the edge, relative to the two ends. `square`
+  // is the squared distance of the point from the line of the edge, but at least nearest^2. It is
+  // computed from the nearer end.
   const Lanes t0 = ux * t.r0.x + uy * t.r0.y + uz * t.r0.z;
   const Lanes t1 = ux * t.r1.x + uy * t.r1.y + uz * t.r1.z;
   const MaskOf<Lanes> first = lanes_abs(t0) < lanes_abs(t1);

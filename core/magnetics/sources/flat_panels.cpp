@@ -89,11 +89,11 @@ double distance_from_end(double panels, double growth) {  // inverse of panels_f
 // Panels on half of an edge of a cuboid.
 struct HalfEdge {
   double length = 1.0;  // in units of half of the shortest edge
-  int multiple = 1;     // number of panels, relative to the number on half of the shortest edge
+  int multiple = 1;     // number of panels, divided by the number on half of the shortest edge
   double growth = 0.0;  // growth of the panel widths towards the middle; see panels_from_end()
 
-  // Returns the position between the middle (0) and the end (1) below which a fraction t of the
-  // panels lies.
+  // Returns the position, between 0 (middle of the edge) and 1 (its end), below which a fraction t
+  // of the panels lies.
   double position(double t) const {
     if (t == 0.0) return 0.0;
     const double panels = (1.0 - t) * panels_from_end(length, growth);
@@ -149,7 +149,9 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
   int halves[3];
   for (int axis = 0; axis < 3; ++axis)
     halves[axis] = cells / 2 * (focus > 0.0 ? 1 : edges[axis].multiple);
-  const auto place = [&](int axis, int i) {  // index 0 is the middle, the last index the end
+  // Returns the coordinate of grid line i along an axis. i = 0 is the middle of the edge, and
+  // i = halves[axis] its end.
+  const auto place = [&](int axis, int i) {
     const double t = static_cast<double>(i) / halves[axis];
     return 0.5 * size[axis] *
            (focus > 0.0 ? graded(t, 2.0 * focus / size[axis]) : edges[axis].position(t));

@@ -226,8 +226,9 @@ Vec3 HarmonicSphere::moment() const {
 }
 
 // The field of a dipole that points to the centre gives coefficients proportional to
-// (l + 1) exp(-x l / 2), where x is SeriesEnd::decay. Degrees near the last one, d, are not used,
-// because sampling adds the term of degree 2 d + 2 - l to the coefficients of degree l.
+// (l + 1) exp(-x l / 2), where x is SeriesEnd::decay. x follows from the coefficients of two
+// degrees, about d / 4 and d / 2, where d is the last degree. Degrees near d are not used, because
+// sampling adds the term of degree 2 d + 2 - l to the coefficients of degree l.
 SeriesEnd HarmonicSphere::series_end() const {
   const int last = series_->degree(), high = std::max(2, last / 2), low = std::max(1, last / 4);
   if (last < 2) return {last, 0.0};

@@ -16,7 +16,7 @@ namespace loomstone {
 
 class MultipoleExpansion {
  public:
-  // Distance in radii beyond which a Polyhedron uses the expansion.
+  // Distance from the origin, in radii of the body, from which on a Polyhedron uses the expansion.
   static constexpr double near = 4.0;
   static constexpr int degree = 24;  // truncation error at `near` radii: of the order of 4^-25
 

@@ -43,7 +43,7 @@ class Polyhedron : public Source {
   const Triangles& triangles() const { return triangles_; }   // (m x 3)
   const Vec3& polarization() const { return polarization_; }  // J [T]
   double volume() const { return volume_; }                   // [m^3]
-  // Returns the multipole expansion of the surface charge, which is built on first use.
+  // Returns the multipole expansion of the surface charge. The first call computes it.
   const MultipoleExpansion& multipoles() const;
 
  protected:

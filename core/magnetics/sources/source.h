@@ -67,8 +67,8 @@ class Source {
   // Computes the symmetric gradient of mu0 H [T/m] at one block of points. Throws InvalidInput
   // unless steady().
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
-  // Computes field and gradient together. The results are bit-identical to those of two separate
-  // calls.
+  // Computes the results of field_block() and gradient_block() together. They are bit-identical to
+  // those of two separate calls.
   virtual void field_and_gradient_block(const double* points, Index n, Quantity quantity,
                                         double* field, double* gradient) const {
     field_block(points, n, quantity, field);

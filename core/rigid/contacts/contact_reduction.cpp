@@ -38,9 +38,9 @@ class Reduction {
   // flat obstacle, even if the face is tilted and bears load only at one edge. Without the contacts
   // at the opposite edge, a box would turn about the edge that bears load and sink in. If another
   // contact lies deeper, the hull is rounded or the obstacle is rough. In this case, or if the four
-  // contacts lie on a line, the four corners are chosen only from the contacts that bear load. If
-  // fewer than four contacts bear load, all of these are chosen, and the contacts farthest from
-  // them.
+  // contacts lie on a line, only contacts that bear load are candidates for the four corners. If
+  // fewer than four contacts bear load, all of these are chosen, together with the contacts that
+  // are farthest from them.
   Indices kept() const {
     Indices chosen = corners(all_);
     if (lies_on(chosen)) return chosen;
@@ -53,7 +53,7 @@ class Reduction {
 
   // Returns the contact with the largest value. Values within a fraction `ties` of each other count
   // as equal, and the first of them is chosen. Values of contacts that existed in the previous step
-  // count 1.05 times.
+  // are first multiplied by 1.05.
   template <class Value>
   std::size_t largest(const Indices& among, double ties, const Value& value) const {
     std::size_t chosen = among.front();
@@ -65,9 +65,10 @@ class Reduction {
     return chosen;
   }
 
-  // Returns four contacts. Of the contacts that bear load, the first is farthest from the mean
+  // Returns four contacts. The first is the contact that bears load and is farthest from the mean
   // position of the contacts `among`. The others belong to `among`: the contact farthest from the
-  // first, and the farthest contact on each side of the line through these two.
+  // first, and the farthest contact on each side of the line through these two. A contact can occur
+  // twice, for example if there is none on one side of the line.
   Indices corners(const Indices& among) const {
     constexpr double ties = 1e-6;
     Vec3 mean = Vec3::Zero();
@@ -110,13 +111,13 @@ class Reduction {
     return has_area;
   }
 
-  // Adds the contacts farthest from those already chosen, until there are four.
+  // Adds, one by one, the contact that is farthest from those already chosen, until there are four.
   Indices with_farthest(Indices chosen) const {
     Indices others;
     for (const std::size_t k : all_)
       if (std::ranges::find(chosen, k) == chosen.end()) others.push_back(k);
-    // Sorted by gap, because largest() chooses the first of several contacts that are about
-    // equally far away.
+    // Of several contacts that are about equally far away, largest() chooses the first. Sorting
+    // makes this the one with the smallest gap.
     std::ranges::stable_sort(others, {}, [&](std::size_t k) { return contacts_[k].gap; });
     while (chosen.size() < most_kept) {
       const std::size_t farthest = largest(others, 0.1, [&](const Vec3& x) {
@@ -140,14 +141,15 @@ class Reduction {
 };
 
 // Leaves out contacts that are closer than `distance` [m] to another contact whose gap is smaller
-// by more than `distance`, or to an earlier contact with almost the same gap. Edges of the hull
-// that share a corner give the same contact there, and so do triangles that share a corner or side.
+// by more than `distance`, or to an earlier contact whose gap differs by at most `distance`. Edges
+// of the hull that share a corner give the same contact there, and so do triangles that share a
+// corner or side.
 // Both ends of an edge of a thin hull can have the same contact point on the surface, but only the
 // nearer end touches it.
 void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
-  // Contacts at equal points follow each other when sorted along an axis. This axis is skew, so
-  // that few points of a grid have the same coordinate. Its length is at most 1, so coordinates
-  // along it differ by no more than the distance of two points.
+  // Sorting the contacts along an axis brings those at almost equal points close together. The axis
+  // is skew, so that few points of a grid have the same coordinate. Its length is at most 1, so the
+  // coordinates of two points differ by no more than the distance between the points.
   const Vec3 axis(0.53, 0.41, 0.73);
   std::vector<std::pair<double, std::size_t>> along;
   for (std::size_t k = 0; k < contacts.size(); ++k)

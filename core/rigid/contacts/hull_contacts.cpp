@@ -16,8 +16,8 @@ namespace {
 constexpr double zero_sine = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
     0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
-// Cosine of 45.6 degrees. Only axes at larger angles to the axis of least overlap let the hull pass
-// a triangle with which it is flush; see least_overlap().
+// Cosine of 45.6 degrees. Only admissible axes at larger angles to the axis of least overlap let
+// the hull pass a triangle with which it is flush; for all conditions, see least_overlap().
 constexpr double turned_away = 0.7;
 constexpr unsigned whole = 7;  // bit mask of all corners of a triangle
 
@@ -156,8 +156,8 @@ bool HullOnTriangles::least_overlap(const Query& query, std::size_t t, const Vec
 }
 
 // Clips the edges of the hull to the prism over the triangle. The prism ends at the height `near`
-// and has no lower end. Adds contacts at those ends of the remaining parts that are not at this
-// height.
+// and has no lower end. Adds contacts at both ends of each remaining part, except at ends that
+// result from clipping at this height.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
@@ -187,9 +187,9 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// Clips the triangle with the planes of the hull faces whose normals are not nearly parallel to
-// that of `face`. Adds contacts at those corners of the result whose gap is at most `near`; if
-// `own`, only at corners of the triangle itself.
+// Clips the triangle with the planes of all hull faces whose normals make an angle of more than
+// 11.5 degrees (see turned_to) with that of `face`. Adds contacts at those corners of the result
+// whose gap is at most `near`; if `own`, only at corners of the triangle itself.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near, bool own) {
   const ConvexPolyhedron::Face& below = hull_->faces[face];
@@ -216,8 +216,8 @@ void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const V
 
 void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double near,
                             const Axis& axis) {
-  // If the contact direction of two edges is close to the normal, the edges are part of an area of
-  // contact, which clipping finds as a whole.
+  // If the contact direction of two edges is close to the normal of the triangle, the edges are
+  // part of an area of contact, which clipping finds as a whole.
   const bool along_normal = axis.direction.dot(normal) > turned_to;
   if (axis.edge >= 0 && !along_normal) {
     contacts_.push_back({axis.point, axis.direction, axis.gap});
@@ -231,7 +231,8 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
     if (opposite->normal.dot(normal) < -turned_to)
       face = static_cast<Index>(opposite - hull_->faces.begin());
   }
-  // clip_hull() finds all contacts but those at corners of the triangle.
+  // clip_hull() finds all contacts along the normal except those at corners of the triangle, which
+  // clip_triangle() finds.
   if (along_normal) clip_hull(triangle, normal, near);
   const bool along_axis = axis.met && axis.edge < 0;
   if (face >= 0)
@@ -248,14 +249,18 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 
 // Treats the triangles one by one. The axis of least overlap of hull and triangle is admissible if
 // it is nearly parallel to the triangle's normal, or if Axis::met is true. An admissible axis gives
-// contacts at once. An axis that is not admissible gives none if hull and triangle are apart along
-// it. If they overlap along it, let o be the overlap of the hull with all triangles along this
-// axis, and m the overlap of hull and triangle along the best admissible axis. If o <= m, the axis
-// of least overlap gives one candidate for a contact, with the overlap o. If o > m, contacts have
-// the direction of the best admissible axis; they are deferred if m is far larger than the least
-// overlap. If no other contact overlaps, the candidate with the smallest o is added, together with
-// the deferred contacts whose m is less than this o; if there is no candidate, all deferred
-// contacts are added instead.
+// contacts at once. An axis that is not admissible gives no contacts if hull and triangle are apart
+// along it.
+//
+// If they overlap along an axis that is not admissible, let o be the overlap of the hull with all
+// triangles along this axis, and m the overlap of hull and triangle along the best admissible axis.
+// If o <= m, the axis of least overlap gives one candidate for a contact, with the overlap o. If
+// o > m, the best admissible axis gives contacts, which are deferred if m is far larger than the
+// least overlap.
+//
+// After all triangles, if no contact overlaps, the candidate with the smallest o becomes a contact,
+// and so do the deferred contacts whose m is less than this o. If there is no candidate, all
+// deferred contacts become contacts.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;
@@ -313,9 +318,9 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
   std::stable_sort(planes.begin(), planes.end(),
                    [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
   if (planes.size() > query.most) planes.resize(query.most);
-  // reduce_contacts() treats gaps that differ by less than `margin` as equal. The gaps of
-  // neighbouring faces of a cylinder with many sides differ by less than the larger margin, with
-  // which it would therefore roll on the wrong faces. Hulls with fewer points get the larger
+  // reduce_contacts() treats gaps that differ by less than `margin` as equal. With the larger
+  // margin, a cylinder with many sides would roll on the wrong faces, because the gaps of its
+  // neighbouring faces differ by less than this margin. Hulls with at most 64 points get the larger
   // margin, because they then keep their contacts longer.
   const double margin = (hull_->points.size() > 64 ? 0.003 : 0.02) * query.near;
   for (Contacts& plane : planes) reduce_contacts(plane, query.near, margin, query.before);

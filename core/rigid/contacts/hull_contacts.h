@@ -20,10 +20,11 @@ struct HullContact {
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
 // clipping. The triangles are given in the axes of the hull. Each triangle faces the side of its
 // surface on which the hull lies (facing_normals.h). An edge or corner of a triangle has contacts
-// only in directions in which no other triangle at this edge or corner extends farther. Triangles
-// count as neighbours if they have corners with bitwise equal coordinates. Internal edges of a flat
-// surface therefore do not block a hull that slides over it. The side of another obstacle whose top
-// is flush with that surface does not block the hull either (`Query::flush`).
+// only in directions in which no other triangle at this edge or corner extends farther; for
+// exceptions, see meet_triangles(). Triangles share an edge or corner if the coordinates of their
+// corners are bitwise equal. Internal edges of a flat surface therefore do not block a hull that
+// slides over it. The side of another obstacle whose top is flush with that surface does not block
+// the hull either (`Query::flush`).
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -38,8 +39,9 @@ class HullOnTriangles {
     std::size_t most;   // largest number of planes
     const Contacts& before;  // contacts of the previous step, whose `point` lies on the hull
   };
-  // Finds the contacts and groups those with nearly parallel normals into planes. Keeps the `most`
-  // planes with the deepest contacts, deepest first, and up to four contacts in each plane.
+  // Finds the contacts and groups those with nearly equal normals into planes. Fills `planes` with
+  // at most Query::most planes, those with the deepest contacts, in the order of decreasing depth.
+  // Keeps at most four contacts in each plane.
   void find(const Query& query, std::vector<Contacts>& planes);
 
  private:

@@ -37,9 +37,9 @@ bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double r
 }
 
 // Returns the fraction of the motion after which the gap between sphere and triangle is at most
-// `exact`, or a value above 1 if that never happens or the sphere only grazes the triangle.
-// Advances by the gap in each iteration (conservative advancement), so the sphere never enters the
-// triangle.
+// `exact`. Returns a value above 1 if the gap stays larger during the motion, or if the sphere only
+// grazes the triangle. Each iteration advances the sphere by the gap (conservative advancement), so
+// the sphere never enters the triangle.
 double first_touch(const std::array<Vec3, 3>& triangle, const MovingSphere& sphere, double exact) {
   constexpr int most_steps = 64;  // spheres that need more only graze the triangle
   const double length = sphere.motion.norm();

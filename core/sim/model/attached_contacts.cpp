@@ -14,13 +14,14 @@ namespace loomstone {
 
 namespace {
 
-// Contact distance between a body and features with an attached vertex, as a fraction of their
-// distance at the start. Our choice. With 1, contacts would push against an attachment as soon as
-// its vertex yields towards the body.
+// Largest contact distance between a body and a feature with an attached vertex, as a fraction of
+// their distance at the start; see build_attached_contacts(). Our choice. With 1, contacts would
+// push against an attachment as soon as its vertex yields towards the body.
 constexpr double share_of_start = 0.75;
-// Smallest contact distance as a multiple of CollisionModel::gap_floor, the largest gap that
-// certification keeps open. Our choice: contacts need room to stop features before they reach this
-// gap.
+// Smallest contact distance that share_of_start may give, as a multiple of
+// CollisionModel::gap_floor, the largest gap that certification keeps open. Features that would
+// have a smaller contact distance do not collide with the body. Our choice: contacts need room to
+// stop features before they reach this gap.
 constexpr double least_floors = 10.0;
 
 // Smallest distance at the start between a body, given by its surface, and the features that
@@ -97,10 +98,12 @@ class AttachedGaps {
 
 }  // namespace
 
-// If a feature with an attached vertex is close to the body at the start, its contact distance is
-// less than its distance at the start, because the contact would otherwise push against the
-// attachment. A feature that is too close for a contact at the start does not collide with the
-// body. If a vertex is attached to several bodies, these rules apply only to the closest of them.
+// Reduces contact distances between features of cloth and the body to which one of their vertices
+// is attached. If such a feature is close to the body at the start, its contact distance is reduced
+// to a fraction of its distance at the start (share_of_start), because the contact would otherwise
+// push against the attachment. If this contact distance would be too small (least_floors), the
+// feature does not collide with the body. If a vertex is attached to several bodies, these rules
+// apply only to the closest of them.
 void build_attached_contacts(const State& state, Model& model) {
   if (model.attachments.empty() || !model.scene.collisions) return;
   CollisionModel& collision = model.collision;

@@ -1,4 +1,4 @@
-// Functions with which build() fills the model and the start state and checks them.
+// Functions with which build() fills and checks the model and the start state.
 #pragma once
 
 #include "core/base/find_by_name.h"

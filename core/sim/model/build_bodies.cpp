@@ -171,8 +171,8 @@ void number_rows(Model& model) {
 }
 
 // Upper limit of gap_floor() (narrow_phase/continuous.h), the gap that certification keeps open, as
-// a fraction of the smallest contact distance. Our choice: well above rounding errors, and too
-// small to be seen.
+// a fraction of the smallest thickness of a surface. Our choice: well above rounding errors, and
+// too small to be seen.
 constexpr double gap_floor_of_thickness = 0.004;
 
 double least_thickness(const CollisionModel& model) {

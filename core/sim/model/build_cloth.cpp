@@ -45,8 +45,9 @@ Joined join(const Scene& scene) {
   return all;
 }
 
-// Returns the bending rigidity [N m] for the curvatures (kxx, kyy, 2 kxy). The default twist entry
-// is that of [Huber1923], (sqrt(D11 D22) - D12) / 2, which is exact for isotropic plates.
+// Returns the bending rigidity D [N m] for the curvatures (kxx, kyy, 2 kxy). If bending_twist is
+// negative, the twist entry D33 is that of [Huber1923], (sqrt(D11 D22) - D12) / 2, which is exact
+// for isotropic plates.
 Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   const double mean = std::sqrt(m.bending_weft * m.bending_warp);
   const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;

@@ -1,5 +1,5 @@
-// Tables of a checked scene, which are constant after build(). Together with State and the options
-// of the integrator, they determine all later steps (see state.h).
+// Tables of a checked scene. They are constant after build(). Together with State and the options
+// of the integrator, they determine all later steps, under the condition given in state.h.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,8 @@ struct Model {
   // starts with the cloth rows, followed by the bodies and then the obstacles.
   struct Surface {
     Index first = 0;  // index of its first vertex among all collision vertices
-    // (k x 3) Vertices relative to the body's centre of mass or the obstacle's origin [m].
+    // (k x 3) Vertices in the axes of the mesh [m], relative to the body's centre of mass or to the
+    // origin of the obstacle's mesh.
     Points local;
   };
   struct PinScript {  // scripted positions of the pins of one cloth

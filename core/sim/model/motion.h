@@ -29,11 +29,11 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
 
 // Obstacles for the rigid-body world. rigid_obstacles() returns the obstacles at `time`, which must
 // be the time of `state`, with the poses of their keyframes. It ignores poses that the user has
-// set, because obstacles reach these only in later steps. Poses that steps have reached are in
-// RigidState::manifolds.
+// set, because obstacles reach these only in steps, and RigidState::manifolds contains the poses
+// that steps have reached.
 // obstacle_places() returns only the poses of all obstacles at `time`, and the vertices of those
-// with Obstacle::vertex_positions. There, a pose that the user has set replaces the keyframes or
-// vertex_positions.
+// with Obstacle::vertex_positions. If the user has set the pose of an obstacle, this pose replaces
+// the keyframes or vertex_positions in obstacle_places().
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

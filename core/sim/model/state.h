@@ -64,12 +64,13 @@ struct State : SteppedState {
   Points external_force;  // (n x 3) forces [N]; no rows: zero
   // (b x 3) forces at the centres of mass [N] and torques about them [N m]
   Points body_force, body_torque;
-  // Time at which the motion to the targets and poses below is complete [s]. Until then, the
+  // Time at which the motion to all targets and poses below is complete [s]. Until then, the
   // motion is linear in time. With steps of given length, it is complete at the end of the next
   // step.
   double target_time = 0.0;
-  std::vector<std::uint8_t> pin_override;  // (n) 1: a target is set, which replaces the script
-  Points pin_target;                       // (n x 3) positions [m]; no rows: zero
+  // (n) 1: the row of pin_target replaces the script of this prescribed vertex.
+  std::vector<std::uint8_t> pin_override;
+  Points pin_target;  // (n x 3) positions [m]; no rows: zero
   // One pose per obstacle, which replaces its keyframes or vertex_positions where pose_override is
   // 1. Positions are in [m], and orientations are quaternions (w, x, y, z).
   std::vector<std::uint8_t> pose_override;

@@ -17,7 +17,8 @@ struct FrameTime {
 // Captures a frame at a time within the last step. Positions are interpolated linearly within the
 // part of the step that contains this time. Strains, and the largest stretch in the report, follow
 // from these positions. Velocities are interpolated linearly between start and end of the step.
-// Currents of coils without a circuit are those at this time. Contacts, circuit currents and the
+// Currents of coils without a circuit are those at this time. Vertices are marked as in contact if
+// they were in contact in any part of the step. The number of the step, circuit currents and the
 // rest of the report are those at the end of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 

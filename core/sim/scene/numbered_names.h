@@ -7,8 +7,8 @@ namespace loomstone {
 
 // Appends the smallest free number >= 2, as in sphere_2, to the name of each obstacle that is
 // `numbered` and whose name is already taken. If the name already ends with an underscore and a
-// number, the new number replaces that one. The names depend only on the scene, and a second call
-// changes nothing.
+// number, the new number replaces that one. Empty names stay empty. The names depend only on the
+// scene, and a second call changes nothing.
 void number_names(Scene& scene);
 
 }  // namespace loomstone

@@ -12,8 +12,8 @@
 namespace loomstone {
 
 // Returns the hashes of the fields of the scene and of the integrator's options that differ from
-// their defaults. The integrator's method has a hash unless it is the default method. Looks have no
-// hash. The keys are names of fields, such as "scene.gravity".
+// their defaults. The integrator's method has a hash unless it is the default method. Looks do not
+// enter the hashes. The keys are names of fields, such as "scene.gravity".
 // Floating-point numbers are hashed in single precision, and magnitudes below 1e-12 as zero,
 // because the last digits of computed numbers, such as sines, may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);

@@ -10,12 +10,15 @@ namespace loomstone {
 
 namespace {
 
-// Energy that contacts may create by the end of a part, if ImplicitOptions::accuracy is 1, as a
-// fraction of a scale. The scale is the largest kinetic energy so far or the energy of contacts at
-// the start of the part, whichever is larger. The accuracy multiplies this tolerance. Our choice:
-// in 27 falls of towels on a floor, the gain is then at most 0.023 (docs/experiments/energy.md).
-// Schemes without damping take steps by backward Euler while they have gained more than this
-// fraction, times the accuracy, of the largest of the energies listed at relative_gain().
+// Tolerated gain of energy, as a fraction of a scale, if ImplicitOptions::accuracy is 1; the
+// accuracy multiplies this tolerance. A part in which contacts gain more than this is shortened if,
+// since the account began, all energy has also gained more than this beyond the work of scripts and
+// loads. The scale is the largest kinetic energy so far or the energy of contacts at the start of
+// the part, whichever is larger. Our choice: in 27 falls of towels on a floor, the gain is then at
+// most 0.023 (docs/experiments/energy.md).
+// The same fraction, with a larger scale, bounds other gains; see share_of_rise. Schemes without
+// damping take parts by backward Euler while relative_gain() exceeds 1, that is, while they have
+// gained more than this fraction, times the accuracy, of the largest of the energies listed there.
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, as a fraction of the scale of
 // gain_tolerance. The gain excludes the work of scripts and loads, the energy that contacts lose
@@ -31,18 +34,20 @@ constexpr double release_tolerance = 0.1;
 // whichever is larger. Our choice: with fractions from 0.05 to 0.2, slow shear of stiff cloth keeps
 // its long steps, and pushed cloth gains at most 0.02 of the largest kinetic energy.
 constexpr double share_of_work = 0.1;
-// Energy that may vanish in a part with implicit Euler while scripts do at least as much work, as a
-// fraction of the scale of gain_tolerance or of the elastic energy of cloth and contacts, whichever
-// is larger. The accuracy multiplies this tolerance, too. Our choice: where pins pull stiff cloth
-// over the edge of a table without friction, in automatic steps, the fraction is up to 13 without
-// this check. The pins then do 0.47 J of work; with the check, they do 0.03 J. With a tolerance of
-// 0.05, a pushed ribbon takes a tenth more steps (docs/experiments/energy.md).
+// Energy that may vanish in a part with implicit Euler, as a fraction of the scale of
+// gain_tolerance or of the elastic energy of cloth and contacts, whichever is larger. Vanished
+// energy counts only up to the work that scripts do in the part. The accuracy multiplies this
+// tolerance, too. Our choice: where pins pull stiff cloth over the edge of a table without
+// friction, in automatic steps, the fraction is up to 13 without this check. The pins then do
+// 0.47 J of work; with the check, they do 0.03 J. With a tolerance of 0.05, a pushed ribbon takes a
+// tenth more steps (docs/experiments/energy.md).
 constexpr double loss_tolerance = 0.15;
 // A part is halved if everything but contacts has gained more than the tolerated energy since the
-// account began, and at least this fraction of the tolerated energy in the part. Our choice:
-// neglected strain may add a fifth of the kinetic energy to the membrane, and a sixteenth of that
-// if the part has half the length. With 0.25, stiff sheets that swing in steps of 4 ms gain up to
-// 0.04 of the largest kinetic energy.
+// account began, and more than this fraction of the tolerated energy in the part (see
+// check_energy() for exceptions). Our choice: in one part, neglected strain may add a fifth of the
+// kinetic energy to the membrane, but only a sixteenth of that if the part has half the length.
+// With 0.25, stiff sheets that swing in steps of 4 ms gain up to 0.04 of the largest kinetic
+// energy.
 constexpr double share_of_rise = 0.05;
 // A part in which contacts create too much energy is shortened to the largest length at whose end
 // the expected gain of all energy since the account began, without the work of scripts and loads,

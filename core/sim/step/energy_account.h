@@ -10,7 +10,7 @@ namespace loomstone {
 // Begins the account of `state` at the start of a step, unless the state already has an account.
 void begin_account(const Engines& engines, State& state);
 
-// Data that determine the causes to which changes of energy after the solve are attributed.
+// Data from which add_to_account() finds the causes of changes of energy after the solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part
@@ -19,10 +19,10 @@ struct AfterSolve {
 
 // Adds the work and the losses of a part to state.account, and updates its largest kinetic energy.
 // The energy that cloth and bodies lose after the solve is attributed to certification, except for
-// the energy that strain limits remove. Energy gained after the solve is attributed to untangling
-// or to scripted motion or, without either, to certification.
-// Returns the energy gained after the solve plus MovedBodies::carried_gain [J]; if one of them is
-// negative, it counts as 0. Returns 0 if `after.untangles` is true.
+// the energy that strain limits remove. If the energy rises instead, the rise is attributed to
+// untangling or, without untangling, to scripted motion or, without either, to certification.
+// Returns this rise plus MovedBodies::carried_gain [J]; if one of them is negative, it counts as 0.
+// Returns 0 if `after.untangles` is true.
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                       const Engines& engines, State& state);
 
@@ -39,9 +39,9 @@ void report_account(const Model& model, const State& state, StepReport& report);
 
 // Returns the result of an attempt at a part. If more energy has been created or lost than is
 // tolerated, the result contains the length to which the part must be shortened. Checks only
-// asynchronous steps with collisions and, if ImplicitOptions::accuracy is given, implicit steps
-// whose solve includes contacts. know_contacts() should have been called; otherwise contacts are
-// found again.
+// asynchronous steps with collisions and, if ImplicitOptions::accuracy is given and
+// StepContext::halvable is true, implicit steps whose solve includes contacts. know_contacts()
+// should have been called; otherwise contacts are found again.
 //
 // In implicit steps, a part is halved if everything but contacts has gained too much in it, beyond
 // the work of scripts and loads, the energy that contacts have lost, and the energy that sweeps of

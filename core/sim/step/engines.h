@@ -48,7 +48,8 @@ struct Engines {
   Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: no cloth, or Scene::collisions is false
-  // Energy of contacts at the end of the last part, stored because the report of the step needs it.
+  // Energy of contacts at the end of the latest attempt at a part, stored for the report of the
+  // step; empty if energy_at_end() has not been called in this attempt.
   struct ContactEnergy {
     double time;           // [s]
     std::uint8_t tangled;  // State::tangled

@@ -12,7 +12,7 @@ namespace loomstone {
 namespace {
 
 // Returns the factor on the tolerance of linear solves [1]. The factor is 1, divided by 10 for each
-// full quarter in `gain`, the relative_gain(), but at least 1e-3. Our choice: with the default
+// full 0.25 in `gain`, the relative_gain(), but at least 1e-3. Our choice: with the default
 // tolerance, errors of the solves would add 15 % to the energy of a free strip of 1e5 N/m and 0.03
 // kg/m^2 that spins for 6 s, and 24 % to that of a pendulum on such a strip. Shorter parts would
 // not prevent this. With contacts, this function is not used and the factor is 1: contacts may
@@ -57,7 +57,7 @@ void respond_to(double gain, const Engines& engines, bool in_contact, StepInputs
     inputs.tolerance_factor *= undamped_factor;
 }
 
-// Passes the events of the integrator to EventContacts, which handles contacts.
+// Passes the events of the asynchronous integrator to EventContacts, which handles contacts.
 class CollisionsOfStep final : public EventCollisions {
  public:
   explicit CollisionsOfStep(EventContacts& contacts) : contacts_(contacts) {}

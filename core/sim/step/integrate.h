@@ -10,7 +10,8 @@ struct SolvedBodies {
   // (2 b x 3) velocities of the bodies after the impulses of the cloth, or the predicted velocities
   // if there is no cloth [m/s, rad/s]
   Points velocity;
-  // (b) Poses at the end, and BodiesOfStep::with_cloth; empty unless the integrator moves bodies.
+  // (b) Poses of the bodies at the end of the part, and BodiesOfStep::with_cloth. Both are empty
+  // unless the integrator moves bodies.
   std::vector<RigidPose> poses = {};
   std::vector<std::uint8_t> with_cloth = {};
 };

@@ -12,8 +12,9 @@ namespace loomstone {
 namespace {
 
 // Certification and fallbacks withhold too much of the motion of a part if they withhold more than
-// this fraction of it. Bisection (bisection.h) then halves the part if it is longer than a quarter
-// of the step. Our choice.
+// this fraction of ConstrainReport::requested. Bisection::judge() then halves the part, unless it
+// is at most a quarter of the step long or such a part of this step has already been accepted with
+// too much withheld motion. Our choice.
 constexpr double much_withheld = 0.1;
 
 // Returns the motions of bodies that certification checks. The motion of a body leads from its pose
@@ -83,10 +84,9 @@ double scripted_speed(const StepContext& part, const Points& x0, const Points& x
   return std::sqrt(square) / part.h;
 }
 
-// Returns the vertices of all cloths that must not be moved by sweeps, because sweeps would push
-// them into other surfaces. Such a cloth is loaded by bodies (sweeps ignore the mass of bodies),
-// or its limits are forced (see NearContacts). Only the limit phases of the solve limit the strain
-// of these cloths.
+// Returns the vertices of the cloths that sweeps must not move, because sweeps would push them into
+// other surfaces. These cloths are loaded by bodies (sweeps ignore the mass of bodies), or their
+// limits are forced (see NearContacts). Only the limit phases of the solve limit their strain.
 std::vector<Index> loaded_vertices(const Model& model, const NearContacts& near) {
   const CollisionModel& collision = model.collision;
   std::vector<std::uint8_t> loaded = loaded_by_bodies(model, near.totals);

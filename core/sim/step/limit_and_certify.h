@@ -1,7 +1,8 @@
-// Fifth stage: enforces strain limits, then corrects the motion so that it has no impact and ends
-// without new intersections. Impacts that remain are counted. No later stage moves vertices.
-// Velocities change by the correction divided by the length of the part, as in (3.16) of
-// [Thomaszewski2010], except for the corrections ConstrainReport::at_rest.
+// Fifth stage: moves the obstacles, enforces strain limits (not in asynchronous steps), and
+// corrects the motion so that it has no impact and ends without new intersections. Impacts that
+// remain are counted. No later stage moves vertices. Velocities change by the correction divided by
+// the length of the part, as in (3.16) of [Thomaszewski2010], except for the corrections
+// ConstrainReport::at_rest. Also updates the friction anchors of contacts in the solve.
 #pragma once
 
 #include <optional>

@@ -11,16 +11,18 @@ namespace loomstone {
 
 namespace {
 
-// Maximum number of certifications before fallbacks. Our choice.
+// Maximum number of certifications before the first fallback. Our choice.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // passes over triangles per fallback
 constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
-// A part of the step is divided if fallbacks withhold more than this fraction of its motion.
+// If fallbacks withhold more than this fraction of ConstrainReport::requested, the part is divided
+// (see bisection.h for exceptions).
 constexpr double much_motion = 0.01;
-// Sweeps that would add more energy than this fraction of the largest kinetic energy so far are
-// undone if the solve limits strain, too. In very short parts, the correction of a small excess
-// would give vertices very large velocities. Our choice.
+// If the solve limits strain, too, sweeps are undone if they would add more energy to the cloth
+// than this fraction of the largest kinetic energy so far or of the kinetic energy before the
+// sweeps, whichever is larger. In very short parts, the correction of a small excess would give
+// vertices very large velocities. Our choice.
 constexpr double gained_by_sweeps = 0.1;
 
 // A strain mode (weft, warp, shear) of a triangle: the amount by which the strain in this mode
@@ -45,8 +47,8 @@ struct KineticEnergy {
     linear += velocity.dot(inertia * change);
     square += 0.5 * change.dot(inertia * change);
   }
-  // Returns the largest fraction in [0, 1] up to which the energy is at most `most`, which must not
-  // be less than `before` [J].
+  // Returns the largest fraction s in [0, 1] at which the energy is at most `most` [J]. `most` must
+  // not be less than `before`.
   double largest_share(double most) const {
     if (after() <= most) return 1.0;
     const double root = std::sqrt(linear * linear + 4.0 * square * (most - before));
@@ -164,11 +166,11 @@ class Constraining {
     return in_.limits_in_solve && (row < 0 || !cloth.strain_limits[row].edge);
   }
 
-  // For each cloth whose limits act only after the solve, moves part of its corrections to
-  // `at_rest` if they would otherwise increase its kinetic energy too much. The kinetic energy may
-  // rise to the value at which the whole cloth has the speed of the fastest vertex that sweeps do
-  // not move, because prescribed vertices pull cloth along. x1_ and `wanted` are the positions with
-  // and without the corrections.
+  // If the corrections of a cloth by sweeps would increase its kinetic energy too much, adds a
+  // fraction of them to `at_rest`, so that this fraction does not change velocities. Skips cloths
+  // whose limits act in the solve. The kinetic energy may rise to the value at which the whole
+  // cloth has the speed of the fastest vertex that sweeps do not move, because prescribed vertices
+  // pull cloth along. x1_ and `wanted` are the positions with and without the corrections.
   void keep_kinetic_energy(const Points& wanted, const std::vector<Index>& held) {
     const ClothModel& cloth = *in_.cloth;
     Points& at_rest = report_.at_rest;
@@ -201,10 +203,10 @@ class Constraining {
   // Reduces the changes of velocity that follow from the corrections of a certification if these
   // changes would give too much kinetic energy to the vertices and bodies that certification moved.
   // In a very short part, the correction of a small gap would give them large velocities. Used only
-  // in scenes with strain limits, whose parts become very short. The kinetic energy may rise to the
-  // value at which all moved vertices and bodies have the speed of the fastest scripted vertex. All
-  // changes are reduced in proportion, so they still conserve momentum. `bodies` and `at_rest` are
-  // the values before the certification.
+  // in scenes with strain limits and contacts in the solve, because their parts become very short.
+  // The kinetic energy may rise to the value at which all moved vertices and bodies have the speed
+  // of the fastest scripted vertex. All changes are reduced in proportion, so they still conserve
+  // momentum. `bodies` and `at_rest` are the values before the certification.
   void keep_energy_of_impacts(const FreeBodies& bodies, const Points& at_rest) {
     const auto rest = [](const Points& points, Index i) {
       return points.rows() > 0 ? Vec3(points.row(i).transpose()) : Vec3(Vec3::Zero());
@@ -339,9 +341,10 @@ class Constraining {
                           : Mode{below, limit_margin(least[k])};
   }
 
-  // Finds the triangles that exceed their limits at x by more than the margin. Also stores the sum
-  // of squared excesses for each limit in squares_. Returns whether there are such triangles.
-  // Ignores cloths whose edges are limited instead, and cloths that give_up() has marked.
+  // Stores in beyond_ the triangles that exceed their limits at x by more than the margin, and in
+  // squares_ the sum of squared excesses for each entry of ClothModel::strain_limits. Returns
+  // whether beyond_ has entries. Ignores cloths whose edges are limited instead, and cloths that
+  // give_up() has marked.
   bool check(const Points& x) {
     const LimitReport seen = in_.limiter->measure(*in_.team, x);
     squares_ = seen.squares;
@@ -377,7 +380,7 @@ class Constraining {
             share = std::min(share, (aim - before.excess) / (now.excess - before.excess));
         }
         if (pass >= max_passes / 2) share *= 0.5;
-        // Skips triangles with a prescribed corner, which cannot move back.
+        // Skips triangles with a prescribed corner, because this corner cannot move back.
         bool free = true;
         for (int c = 0; c < 3; ++c)
           free = free && (*in_.inverse_mass)[in_.cloth->triangles(t, c)] > 0.0;

@@ -1,8 +1,8 @@
 // Enforces strain limits and contacts together in a part of a step. Limiting and certification
 // alternate: certification corrects the limited motion, and limiting repairs strains that
-// certification causes. If no round satisfies both, the fallback moves cloth back towards the start
-// of the part, where both are usually satisfied. If fallbacks withhold more than 1 % of the motion,
-// the caller divides the part, down to a minimum length.
+// certification causes. If none of four rounds satisfies both, fallbacks move cloth back towards
+// the start of the part, where both are usually satisfied. If fallbacks withhold more than 1 % of
+// the motion, the part is divided (see bisection.h for exceptions).
 #pragma once
 
 #include <cstdint>
@@ -52,7 +52,8 @@ struct ConstrainInputs {
 };
 
 struct ConstrainReport {
-  // Report of the last limiting whose result is used; sweeps and evaluations are totals.
+  // Report of the limiting that led to the returned positions. Its numbers of sweeps and
+  // evaluations are totals over all limitings of the part.
   LimitReport limits;
   // Merged reports of all certifications and fallbacks up to the certification whose result is
   // used. `unresolved` is that of this certification.
@@ -68,8 +69,8 @@ struct ConstrainReport {
   // (cloth vertices x 3) Corrections that do not change velocities [m]; empty: none. Limits that
   // act only after the solve may leave an excess, or scripts may force one. If sweeps remove such
   // an excess in one part, the correction divided by the length of the part is not a velocity of
-  // the cloth. The same holds for corrections by which certification would increase the kinetic
-  // energy.
+  // the cloth. The same holds for the fraction of corrections by which certification would increase
+  // the kinetic energy too much.
   Points at_rest;
   double limit_seconds = 0.0;  // time spent on sweeps of limiting [s]
   double limit_waiting = 0.0;  // part of limit_seconds spent waiting for other ranks [s]

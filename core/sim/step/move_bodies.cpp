@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// If bodies move no attached vertex by more than this fraction of the size of the cloth,
-// carried_gain is 0, because such distances are rounding errors. Our choice.
+// If bodies carry no attached vertex farther than this fraction of Model::cloth_size from where the
+// integrator has placed it, carried_gain is 0, because such distances are rounding errors. Our
+// choice.
 constexpr double rounding_of_places = 1e-10;
 
 // Returns the impulses that change the momenta of the bodies from those at the velocities `before`

@@ -11,13 +11,14 @@ namespace loomstone {
 
 namespace {
 
-// Fraction of the forces of limit phases that counts as pressing cloth against other surfaces; see
-// contact_stiffness(). Our choice. Without these forces, contacts are too soft: a body that is much
-// heavier than the cloth pushes through them, certification stretches the cloth beyond its limits,
-// and the limit phases then throw the body back. In a step, limit phases can exert forces much
-// larger than the load. If these forces counted fully, contacts would push cloth beyond its limits.
-// With 0.001, no pile and no box of tests/benchmarks/extreme_scenes.py gains energy, in automatic
-// steps and in steps of 1 to 10 ms (docs/experiments/strain_limits.md).
+// Fraction of the forces of limit phases that counts as pressing cloth against other surfaces, for
+// cloths that bodies load; see add_limit_forces() and contact_stiffness(). Our choice. Without
+// these forces, contacts are too soft: a body that is much heavier than the cloth pushes through
+// them, certification stretches the cloth beyond its limits, and the limit phases then throw the
+// body back. In a step, limit phases can exert forces much larger than the load. If these forces
+// counted fully, contacts would push cloth beyond its limits. With 0.001, no pile and no box of
+// tests/benchmarks/extreme_scenes.py gains energy, in automatic steps and in steps of 1 to 10 ms
+// (docs/experiments/strain_limits.md).
 constexpr double share_of_limit_forces = 0.001;
 
 // Returns the predicted velocities of the vertices of bodies and obstacles [m/s]. Bodies are
@@ -53,11 +54,11 @@ VertexVelocities predicted_velocities(const StepContext& part, const Loads& load
   });
 }
 
-// Returns the mean velocities of obstacle vertices in this part minus those in the last part
-// (k x 3) [m/s]. Returns no rows if the length of the last part is unknown or no obstacle moves in
-// this part. Velocities in the last part are turned with an obstacle that rotates, so steady
+// Returns the mean velocities of obstacle vertices in this part minus those in the previous part
+// (k x 3) [m/s]. Returns no rows if the length of the previous part is unknown or no obstacle moves
+// in this part. Velocities in the previous part are turned with an obstacle that rotates, so steady
 // rotation gives no change. The change is 0 for obstacles whose pose the user has set, if no
-// obstacle had a pose set by the user in the last part.
+// obstacle had a pose set by the user in the previous part.
 Points obstacle_changes(const StepContext& part, const Loads& loads, const State& state,
                         const Model& model) {
   const Points &now = state.obstacle_vertices, &next = loads.next_obstacles,
@@ -85,8 +86,8 @@ Points obstacle_changes(const StepContext& part, const Loads& loads, const State
 
 // Returns the change of velocity [m/s] that contact terms assume for each collision vertex in this
 // part. The assumption reduces the lag of sliding contacts. For cloth, returns the change in the
-// last part, scaled to the length of this part; for obstacles, the result of obstacle_changes().
-// Returns 0 for bodies and for unknown changes.
+// previous part, scaled to the length of this part; for obstacles, the result of
+// obstacle_changes(). Returns 0 for bodies and for unknown changes.
 VertexVelocities expected_change(const StepContext& part, const Points& of_obstacles,
                                  const State& state, const Model& model) {
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();

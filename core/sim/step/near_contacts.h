@@ -45,11 +45,12 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
 void know_contacts(const State& state, const Engines& engines);
 
 // Returns the energy [J] of the contacts that the next part of the step would find in `state` at
-// `time` [s]. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
-// intervals of equal length, and the result has the energy at the end of each interval. All of
-// these energies but the last are estimates. If contacts are not part of the solve, the energies
-// are 0. Collective if `elasticity` is divided among ranks. Slow unless know_contacts() was called
-// for this state, and always slow if a rank alone evaluates contacts that are divided among ranks.
+// `time` [s]. The result has n_parts entries. If positions x0 are given, the motion from x0 to
+// `state` is divided into n_parts intervals of equal length, and entry i is the energy at the end
+// of interval i. All entries but the last are estimates. If contacts are not part of the solve, all
+// entries are 0. Collective if `elasticity` is divided among ranks. Slow unless know_contacts() was
+// called for this state, and always slow if a rank alone evaluates contacts that are divided among
+// ranks.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);

@@ -13,21 +13,22 @@ namespace loomstone {
 
 namespace {
 
-// Largest automatic step of the implicit Euler schemes [s]. Our choice: longer steps visibly damp
-// free motion.
+// Largest automatic step of the implicit Euler schemes in scenes without bodies [s]. Our choice:
+// longer steps visibly damp free motion.
 constexpr double largest_of_euler = 10e-3;
 // Largest automatic step of all other schemes except the asynchronous one [s]. In scenes with
 // bodies, it also applies to the implicit Euler schemes. Our choice: the error of the membrane,
 // which shortens steps, says nothing about contacts. In contacts that a step does not resolve,
 // schemes without damping throw cloth back, and bodies sink in and bounce.
 constexpr double largest_otherwise = 1e-3;
-// Automatic step of explicit schemes, as a fraction of the stable step at the start. Our choice:
-// stretched cloth is stiffer than cloth at the start.
+// Automatic step of explicit schemes, as a fraction of the longest stable step at the start. The
+// step is at most largest_otherwise. Our choice: stretched cloth is stiffer than cloth at the
+// start.
 constexpr double share_of_stable = 0.5;
-// Longest part of an automatic step of explicit schemes, as a fraction of the step at which the
-// stretched cloth is stable. Our choice: steps are then divided only if cloth is stretched to more
-// than about 1.58 times its length. With 0.7, the parts of steps alternate between two lengths at a
-// stretch of 1.3, and the cloth gains energy.
+// Longest part of an automatic step of explicit schemes, as a fraction of the longest step at which
+// the stretched cloth is stable. Our choice: steps are then divided only if cloth is stretched to
+// more than about 1.58 times its length. With 0.7, the parts of steps alternate between two lengths
+// at a stretch of 1.3, and the cloth gains energy.
 constexpr double share_when_stretched = 0.9;
 // Number of steps after which the stretch is measured again. Our choice: a measurement takes up to
 // a third of the time of a step, and in this number of stable steps, a wave of stretch crosses few

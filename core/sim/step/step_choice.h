@@ -12,8 +12,8 @@ namespace loomstone {
 struct StepChoice {
   double largest = 0.0;    // length of steps; if automatic, the largest length [s]
   bool automatic = false;  // true: steps may be shorter; see automatic_step() and take_parts()
-  // If the step of an explicit scheme is "auto": the step at which cloth that is not stretched is
-  // just stable [s]. Otherwise 0.
+  // If the step of an explicit scheme is "auto": the longest step at which cloth that is not
+  // stretched is stable [s]. Otherwise 0.
   double stable = 0.0;
 };
 

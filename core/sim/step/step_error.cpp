@@ -10,19 +10,19 @@ namespace loomstone {
 
 namespace {
 
-// Tolerated neglected strain. Our choice: with this value, the largest stretch in 27 falls of
-// towels onto a floor is at most 1.08 times the one in steps of 0.25 ms
-// (docs/experiments/energy.md).
+// Tolerated neglected strain [1], if the accuracy is 1 (see tolerated_error()). Our choice: with
+// this value, the largest stretch in 27 falls of towels onto a floor is at most 1.08 times the one
+// in steps of 0.25 ms (docs/experiments/energy.md).
 constexpr double strain_tolerance = 0.1;
-// Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: this
-// bound shortens the steps of stiff cloth, whose neglected strains are small. The second value is
-// for integrators that keep this energy: stiff sheets that swing then gain less than 1 % of the
-// largest kinetic energy (docs/experiments/energy.md).
+// Tolerated energy of the neglected strain, as a fraction of the kinetic energy, if the accuracy is
+// 1. Our choice: this bound shortens the steps of stiff cloth, whose neglected strains are small.
+// The second value is for integrators that keep this energy: stiff sheets that swing then gain less
+// than 1 % of the largest kinetic energy (docs/experiments/energy.md).
 constexpr double energy_tolerance = 0.2, energy_tolerance_if_kept = 0.01;
 // A part of a step of given length is divided before an attempt if its expected error is more than
-// this multiple of the tolerance. Our choice: the expected error is that of the last part, and the
-// actual error is often smaller. With the multiple 1, a part that is expected to be only slightly
-// too long would be halved.
+// this multiple of the tolerance. Our choice: the expected error usually follows from the error of
+// the previous part, and the actual error is often smaller. With the multiple 1, a part that is
+// expected to be only slightly too long would be halved.
 constexpr double expected_in_parts = 2.0;
 // Expected error of automatic steps, divided by the tolerance. Our choice: below 1, so that few
 // attempts are repeated.
@@ -34,9 +34,10 @@ constexpr double safety = 0.8;
 // `slow_growth` otherwise if there are contacts or much damping, and `growth` in all other cases.
 // Our choice.
 constexpr double growth = 1.5, slow_growth = 1.25, growth_to_settled = 2.0;
-// Largest Damping::rate in automatic steps of implicit Euler [1/s], if the accuracy is 1. Our
-// choice. This bound does not shorten steps below three tenths of the largest step, because motion
-// that would need shorter steps, such as that of snapping wrinkles, should lose its energy.
+// Upper limit of the Damping::rate that is expected in the next automatic step of implicit Euler
+// [1/s], if the accuracy is 1. The rate is expected to be proportional to the length of the step.
+// Our choice. This bound does not shorten steps below three tenths of the largest step, because
+// motion that would need shorter steps, such as that of snapping wrinkles, should lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 // If Damping::rate in a step exceeds this fraction of dissipation_tolerance times the accuracy, the
 // next step is longer by at most the factor `slow_growth`. Our choice: long steps excite
@@ -44,11 +45,12 @@ constexpr double dissipation_tolerance = 0.15;
 // growth, the lengths of steps oscillate between 3 and 10 ms in swings of soft sheets, which lose
 // up to a third of their energy on the way down.
 constexpr double slow_growth_share = 0.1;
-// Tolerated product of Damping::rate and the length of a part, in steps of given length with an
-// accuracy of 1. Damping does not divide parts that are shorter than `least_of_fall_time` times
-// Damping::fall_time. Our choice: a sheet of 0.1 to 2 m that swings down from two corners in steps
-// of 10 ms then reaches the bottom at most 2.2 % too late, instead of 8 % without this bound. The
-// bound does not divide steps of 4 ms in gentle motion.
+// Tolerated product of Damping::rate and the length of a part, in steps of given length of implicit
+// Euler, if the accuracy is 1 (see tolerated_error()). This bound does not divide parts that are
+// shorter than `least_of_fall_time` times Damping::fall_time. Our choice: a sheet of 0.1 to 2 m
+// that swings down from two corners in steps of 10 ms then reaches the bottom at most 2.2 % too
+// late, instead of 8 % without this bound. The bound does not divide steps of 4 ms in gentle
+// motion.
 constexpr double removal_tolerance = 5e-4, least_of_fall_time = 0.019;
 
 // Tolerated product of drag_rate() and the length of a part, for an accuracy of 1. Our choice: drag
@@ -177,7 +179,8 @@ double automatic_step(double largest, const State& state, Engines& engines) {
 void expect_step(double largest, const SteppedState& start, double h, const NearContacts& near,
                  Engines& engines, State& state) {
   if (!engines.error) return;
-  double& next = state.cloth.expected_step;  // the length that the error of the last part allows
+  // On entry: the length that the error of the last part of this step allows [s].
+  double& next = state.cloth.expected_step;
   bool grows_slowly = !state.contacts.anchors.empty();
   if (engines.integrator->damps()) {
     double rate = 0.0;

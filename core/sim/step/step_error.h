@@ -23,8 +23,9 @@ PartResult shorter(const StepContext& part, const StepError& error, const Engine
 
 // Returns the length that error, damping and drag are expected to allow for the next part of a step
 // that is not automatic, in 64ths of the step (see StepPart). `part` is this next part as planned,
-// and the result is at most its length. Error and damping are those of the part before it. If there
-// is none, the error is that of a motion at the current velocities, and damping is ignored.
+// and the result is at most its length. Error and damping are those of the previous part. If these
+// are unknown (ClothState::expected_step is 0), the error is that of a motion at the current
+// velocities, and damping is ignored.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
 // Stores in `cloth` the length that `error`, the error of `part`, allows for the next part. In

@@ -23,14 +23,15 @@ struct StepOutcome {
   StepReport report;
   SteppedState start;  // state at the start of the step; frames within the step interpolate from it
   std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
-  // (n) For each cloth row: 1 in contact, 2 in a triangle of `forced`, otherwise 0.
+  // (n) For each cloth row: 2 in a triangle of `forced`, 1 in contact in some part of the step,
+  // otherwise 0.
   std::vector<std::uint8_t> contact;
   // Limits that are exceeded by more than limit_margin() at the end of the step, with internal
   // triangle indices, in descending order of excess.
   std::vector<BrokenLimit> broken;
   // Pairs of triangles, of which at least one is cloth, that intersect at the end of the step, as
   // indices into the triangles of all surfaces. Set at the end of a step that leaves impacts
-  // unresolved, and of the steps after it until no pair intersects.
+  // unresolved, and of the steps after it until no pair intersects or the user sets positions.
   std::vector<std::array<Index, 2>> forced;
 };
 
@@ -53,15 +54,16 @@ struct RankWork {
   Traffic traffic;
 };
 
-// Returns the times and the traffic of this rank in a step that took the wall time `wall` [s] and
-// began with the traffic `before`. The times of collision handling are those of `report`.
+// Returns the times and the traffic of this rank in a step that took the wall time `wall` [s].
+// `before` is ranks.traffic() at the start of the step. The times of collision handling are those
+// of `report`.
 RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,
                       const RankReport& report);
 
 // Collective. Summarises the times and the traffic of all ranks in a step.
 RankReport summary_of(const Communicator& ranks, const RankWork& own);
 
-// Summarises the times for which threads were busy [s].
+// Returns the smallest, mean and largest of the times for which the threads were busy [s].
 ThreadReport summary_of(const std::vector<double>& busy);
 
 // Undoes the changes that an attempt made to `outcome`. The report keeps the run times and the

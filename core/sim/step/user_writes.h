@@ -41,7 +41,8 @@ class UserWrites {
  private:
   bool watching_ = false;
   Kind written_ = Nothing;
-  Points x_, v_;  // (n x 3) positions and velocities after the last step; empty unless watching()
+  // (n x 3) Positions [m] and velocities [m/s] that remember() has copied; empty unless watching().
+  Points x_, v_;
 };
 
 // Gathers cloth rows (n x 3) from the ranks that own them. Collective.

@@ -46,16 +46,19 @@ constexpr double largest_exact_turn = M_PI / 4.0;
 
 // Returns the rotation vector in world axes [rad] of a turn from `start` to `end`. The turn can
 // exceed pi. The result is `guess`, which selects the number of whole turns, plus the rotation that
-// remains. Half of `guess` is undone at each end, so the reverse turn has the opposite vector.
+// remains when half of `guess` is undone before the turn and half after it. With the opposite
+// guess, the reverse turn thus has the opposite vector.
 Vec3 turn_near(const Vec3& guess, const Vec4& start, const Vec4& end) {
   const Vec4 back = quaternion_from_rotation_vector(-0.5 * guess);
   const Vec4 turn = quaternion_product(end, quaternion_inverse(start));
   return guess + rotation_vector(quaternion_product(back, quaternion_product(turn, back)));
 }
 
-// Returns the rotation vector of body b in the part, in world axes [rad]. A body that is attached
-// to cloth can vibrate within the part, so the angle does not follow from its angular velocities at
-// both ends. For bodies that spin freely and fast, it does.
+// Returns the rotation vector of body b in the part, in world axes [rad]. If the body is not
+// attached to cloth and spins fast enough to turn by more than largest_exact_turn, the vector
+// follows from the mean of its angular velocities at both ends, otherwise from its orientations at
+// both ends. A body that is attached to cloth can vibrate within the part, so this mean does not
+// give its angle.
 Vec3 turn_of_body(const StepContext& part, const Loads& loads, const State& state,
                   const Model& model, Index b) {
   const Vec3 first = loads.body_angular_velocity.row(b).transpose(),
@@ -96,8 +99,8 @@ Points inner_forces(const Points& x, const Points* v, Engines& engines) {
 }
 
 // Returns the viscous forces in owned rows (n x 3) [N], or no rows if no cloth is damped. The
-// forces are those in the middle of the motion, where the rate of strain is exactly the change of
-// strain divided by the length of the part.
+// forces are those in the middle of the motion at its mean velocity. There, the rate of Green
+// strain is exactly the change of this strain divided by the length of the part.
 Points viscous_forces(const StepContext& part, const Loads& loads, const Solved& solved,
                       const State& state, Engines& engines) {
   if (!is_damped(engines.model.cloth)) return Points(0, 3);

@@ -1,4 +1,4 @@
-"""Figures of matplotlib, which is an optional package."""
+"""Creates and saves figures of matplotlib, which is an optional package."""
 
 from __future__ import annotations
 

@@ -8,9 +8,10 @@ from ..integrators import Integrator
 __all__ = ["memory_of", "memory_text"]
 
 # Memory that a run needs [bytes]: PROGRAM for the program itself, OF_CLOTH per triangle of cloth
-# (OF_CLOTH_BY_METHOD for some integrators), OF_SURFACE per triangle of bodies and obstacles, and
-# twice the size of Obstacle.vertex_positions. The constants were measured in the first six steps of
-# drapes of 14,450 to 200,000 triangles.
+# (OF_CLOTH_BY_METHOD for some integrators), OF_FACTOR more per triangle of cloth with a direct
+# solver, OF_SURFACE per triangle of bodies and obstacles, and twice the size of
+# Obstacle.vertex_positions. The constants were measured in the first six steps of drapes of 14,450
+# to 200,000 triangles.
 PROGRAM = 60e6
 OF_CLOTH = 4.1e3
 OF_CLOTH_BY_METHOD = {

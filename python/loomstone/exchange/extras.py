@@ -28,7 +28,7 @@ _EXTRAS = {
 def imported(module: str, what: object) -> Any:
     """Imports and returns a module. Raises Unsupported if its package is not installed.
 
-    what : the file for which the module is needed, for the message
+    what : the file or format that needs the module; the message begins with it
     """
     try:
         return importlib.import_module(module)

@@ -60,7 +60,7 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
 def value_at(channel: Channel, time: float) -> Floats:
     """Returns the value of a channel at a time [s].
 
-    It is constant before the first keyframe and after the last.
+    Before the first keyframe and after the last, it is the value at that keyframe.
     """
     times, values = channel.times, channel.values
     cubic = channel.interpolation == "CUBICSPLINE"

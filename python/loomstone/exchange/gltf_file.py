@@ -128,7 +128,8 @@ def attributes_of(item: Any) -> dict[str, int | None]:
 def matrix(node: Any, changed: dict[str, Floats]) -> Floats:
     """Returns the transform (4 x 4) of a node relative to its parent.
 
-    changed : values of an animation that replace translation, rotation (x, y, z, w) or scale
+    changed : animated values of "translation", "rotation" (x, y, z, w) and "scale", which replace
+        those of the node. If there are any, a `matrix` of the node is ignored.
     """
     from scipy.spatial.transform import Rotation
 

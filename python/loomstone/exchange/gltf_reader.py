@@ -23,7 +23,10 @@ _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # rotates 
 def read_gltf(
     path: Path, rate: float | None, animation: list[str] | None, *, with_uv: bool = False
 ) -> tuple[list[Part], Floats]:
-    """Returns the meshes of the default scene over an animation, and the times [s] from its start.
+    """Returns the meshes of the default scene over time, and the times of the samples [s].
+
+    Time 0 is the first keyframe of the animations. Without a default scene, the first scene is
+    read.
 
     rate : samples per second [1/s]; None: 60
     animation : names of animations that run at the same time; an empty list: the only animation of
@@ -158,7 +161,10 @@ class _Piece:
 
 
 def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indices:
-    """Returns the triangles of a primitive, which is a list, a strip or a fan of triangles."""
+    """Returns the triangles (m x 3) of a primitive: a list, a strip or a fan of triangles.
+
+    Raises InvalidInput for points or lines, and for a vertex index that is out of range.
+    """
     corners = np.arange(points)
     if primitive.indices is not None:
         corners = file.array(primitive.indices, f"indices of {name!r}")[:, 0].astype(np.int64)

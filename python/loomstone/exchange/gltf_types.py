@@ -28,10 +28,10 @@ _hints: Any = cache(get_type_hints)
 
 
 def check_types(path: Path, content: Any) -> None:
-    """Raises CacheError if a value that is read is not of the type that pygltflib declares for it.
+    """Raises CacheError if a value does not have the type that pygltflib declares for it.
 
-    Checks `scene` and the lists in _USED, without extensions and extras. A missing value is an
-    error unless it is declared optional.
+    Checks only what is read: `scene` and the lists in _USED, without the properties `extensions`
+    and `extras`. A missing value is an error unless it is declared optional.
 
     content : content of the file, as a pygltflib.GLTF2
     """

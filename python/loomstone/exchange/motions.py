@@ -12,9 +12,9 @@ from .surfaces import Floats, Surface
 
 __all__ = ["Motion", "motions_of"]
 
-# Largest deviation of a coordinate from a rigid motion at which a surface counts as rigid, as a
-# fraction of the longest edge of the surface's bounding box. The value allows for rounding to
-# single precision.
+# Largest deviation of a coordinate from a rigid motion at which a surface other than cloth counts
+# as rigid, as a fraction of the longest edge of its bounding box in the first frame. The value
+# allows for rounding to single precision.
 _RIGID = 1e-6
 
 
@@ -53,10 +53,13 @@ def motions_of(
     count: int,
     progress: Callable[[int], None],
 ) -> list[Motion]:
-    """Returns the motions of surfaces over `count` frames, which are read once.
+    """Returns the motions of surfaces over `count` frames. Each frame is read once.
 
     A surface is rigid if a rotation and a translation map its vertices in the first frame to those
-    in each frame, to single precision. Cloth never counts as rigid or still.
+    in each frame, up to _RIGID. Cloth never counts as rigid or still.
+
+    frames : returns an iterator over the frames
+    progress : called with 1 after each frame
     """
     motions: list[Motion] = []
     for index, frame in enumerate(frames()):

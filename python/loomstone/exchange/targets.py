@@ -21,8 +21,9 @@ _UNFINISHED = "unfinished-export"
 def check_free(path: Path, *, overwrite: bool) -> None:
     """Raises InvalidInput if `path` is a file or a non-empty directory, unless `overwrite` is set.
 
-    A directory that holds only the files of an export that was killed counts as empty.
-    Creates the directory in which `path` lies; raises CacheError if that is not possible.
+    A directory counts as empty if it contains only _UNFINISHED, left by an export that was killed.
+    Creates the parent directory of `path`. Raises CacheError if a directory cannot be created or
+    read.
     """
     try:
         taken = path.exists()
@@ -40,11 +41,12 @@ def check_free(path: Path, *, overwrite: bool) -> None:
 
 @contextmanager
 def unfinished(path: Path, *, size: int) -> Iterator[Path]:
-    """Yields the path at which to write a file. Once complete, this file replaces `path`.
+    """Yields the path of a temporary file, which is to be written in the `with` block.
 
-    If writing fails, the unfinished file is removed, and an OSError becomes a CacheError.
+    When the block ends, this file replaces `path`. If the block raises an error, the temporary file
+    is removed, and an OSError becomes a CacheError.
 
-    size : free space [bytes] that is required before writing begins
+    size : free space [bytes] that is required before the block begins
     """
     with replacement(path) as partial:
         with partial.open("wb") as file:
@@ -55,11 +57,11 @@ def unfinished(path: Path, *, size: int) -> Iterator[Path]:
 
 @contextmanager
 def unfinished_directory(directory: Path) -> Iterator[Path]:
-    """Yields the path of a new directory, whose files move to `directory` when all are complete.
+    """Yields the path of a new directory, whose files are to be written in the `with` block.
 
-    The new directory lies in `directory`, which may therefore be a mount point.
-    If writing fails, the new directory is removed, and `directory` too if it did not exist before.
-    An OSError then becomes a CacheError.
+    When the block ends, the files move to `directory`. The new directory lies in `directory`, so
+    `directory` may be a mount point. If the block raises an error, the new directory is removed, as
+    is `directory` if it is empty and did not exist before. An OSError then becomes a CacheError.
     """
     partial = directory / _UNFINISHED
     new = not directory.exists()

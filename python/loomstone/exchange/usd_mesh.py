@@ -24,7 +24,7 @@ def array_of(where: str, attribute: Any, code: float | None = None, kind: type =
     code : time code; None: the default value
     kind : type of the entries
 
-    Raises InvalidInput if the value is not an array of this type.
+    Raises InvalidInput if the value cannot be converted to an array of this type.
     """
     value = None
     if attribute:

@@ -1,8 +1,9 @@
 """Finds the visible meshes of a USD stage, including instanced ones, and their places.
 
 A place is a function from a time code to matrices (k x 4 x 4), one per instance, that map points
-(as rows) of the mesh to metres with z up. Only the copies that a PointInstancer places count as
-instances. Meshes below instanceable prims count as separate meshes.
+(as rows) of the mesh to world space in metres with z up. Only the copies that a PointInstancer
+makes count as instances; for all other meshes, k is 1. The meshes below several instances of an
+instanceable prim are separate meshes.
 """
 
 from __future__ import annotations
@@ -26,12 +27,14 @@ Place = Callable[[float], Floats]
 def placed_meshes(
     path: Path, stage: Any, to_metres: Floats, first_code: float
 ) -> tuple[list[tuple[Any, Place]], list[str]]:
-    """Returns visible meshes with their places, and the paths and types of other visible shapes.
+    """Returns visible meshes with their places, and the visible shapes that are not meshes.
 
-    A place is a function from a time code to matrices; see the top of this file.
+    A place is a function from a time code to matrices; see the top of this file. A shape is given
+    by its path and type, as one string.
 
     to_metres : (4 x 4) maps points (as rows) of the stage to metres with z up
-    first_code : first time code, at which the instances of each prototype are chosen
+    first_code : first time code. A PointInstancer must have the same instances of each prototype at
+        all later time codes. Prototypes without instances at `first_code` are left out.
     """
     search = _Search(path, stage, first_code)
 
@@ -68,10 +71,10 @@ class _Search:
                 self.left_out += [] if shape in self.left_out else [shape]
 
     def _visible(self, root: Any) -> Iterator[Any]:
-        """Yields the shown prims among `root` and its descendants, except those below instancers.
+        """Yields the visible prims among `root` and its descendants, except those below instancers.
 
-        Invisible prims, guides and proxies are left out, and so are prototypes other than `root`.
-        Whether a prototype is invisible does not depend on the prims above it.
+        Leaves out guides and proxies. Also leaves out invisible prims and prototypes other than
+        `root`, in both cases with their descendants. An invisible prim above `root` has no effect.
         """
         usd, geometry = self._usd, self._geometry
         predicate = usd.PrimDefaultPredicate if root.IsPseudoRoot() else self._anywhere

@@ -67,9 +67,9 @@ def serve() -> None:
     """Reads a USD file in the separate process.
 
     The last argument of the process is a JSON list: the path of the USD file, the path to show in
-    errors, the arguments `rate`, `moving` and `with_uv` of read_usd(), and the path of an .npz
-    file. The function writes to this file the parts, the times of their frames and the warnings,
-    or else the error.
+    messages, the arguments `rate`, `moving` and `with_uv` of read_usd(), and the path of an .npz
+    file. The function writes the result to this file: the parts, the times of their frames and the
+    warnings or, if reading fails, the error.
     """
     path, shown, rate, moving, with_uv, result = json.loads(sys.argv[-1])
     try:

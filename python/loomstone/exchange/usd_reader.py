@@ -26,7 +26,7 @@ def read_usd(
     """Returns all visible meshes of a file over time, and the times [s], which begin at 0.
 
     Lengths are converted to metres and the up axis to z. Polygons are split into triangles.
-    The control mesh of a subdivision surface is taken as it is.
+    A subdivision surface is read as its control mesh.
 
     rate : samples per second [1/s]; None: one per time code
     moving : whether the motion is read; False: only the first frame is read
@@ -61,7 +61,10 @@ def read_usd(
 
 
 def _reason(error: Exception) -> str:
-    """Returns the last message in an error of usd-core, or the end of its text if none is found."""
+    """Returns the last message in an error of usd-core.
+
+    If no message is found, returns the last 200 characters of the error's text.
+    """
     text = " ".join(str(error).split())
     messages = re.findall(r"at line \d+ in file \S+ : '(.*?)'(?= Error in |$)", text)
     return messages[-1] if messages else text[-200:]
@@ -82,7 +85,9 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 
 
 def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
-    """Checks skins, and replaces them by animated points in a layer that is not saved.
+    """Checks skins, and lets UsdSkel bake them: it stores the motion of skinned meshes as points.
+
+    The points are written to the session layer, which is not saved.
 
     codes : ascending time codes; the points are animated from the first to the last of them
     """
@@ -107,7 +112,7 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
     """Raises InvalidInput unless a skin is bound to a skeleton and has valid joint indices.
 
-    If the skeleton has poses, there must be one per joint.
+    If the skeleton has bind poses or rest poses, there must be one per joint.
 
     UsdSkel reads joints and poses without these checks.
     """

@@ -62,7 +62,7 @@ def _new_stage(path: Path, clip: Clip) -> Any:
 
 
 def _place_of_materials(stage: Any, surfaces: Sequence[Surface]) -> str:
-    """Defines the scope of the materials; returns its path, which is not the path of a surface."""
+    """Defines the scope of the materials; returns its path, which no surface has."""
     taken, name = {surface.identifier for surface in surfaces}, "materials"
     while name in taken:
         name += "_"

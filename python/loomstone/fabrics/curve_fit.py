@@ -1,10 +1,11 @@
 """Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
 Each mode of deformation is described by a stiffness and, except for bending, a limit: the strain at
-which the measured curve reaches a given load (default 150 gf/cm). The shear limit can also be given
-directly. The stiffness is fitted to the curve up to the limit, by least squares in closed form. The
-model has the stiffnesses E and G [N/m] and the bending rigidity B [N m]. In equilibrium, its load P
-[N/m] or moment M [N] per width is as follows, where (2.23) is an equation of [Thomaszewski2010]:
+which the measured curve first reaches a given load (default 150 gf/cm). The shear limit can also be
+given directly. The stiffness is fitted to the curve up to the limit (for bending, to the whole
+curve), by least squares in closed form. The model has the stiffnesses E and G [N/m] and the bending
+rigidity B [N m]. In equilibrium, its load P [N/m] or moment M [N] per width is as follows, where
+(2.23) is an equation of [Thomaszewski2010]:
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial: (2.23) without transverse load
     shear:       P = G g,  g = tan(angle)                 engineering shear g, to first order
@@ -56,9 +57,9 @@ def fit(
         [1/m], moment per width [N]. Arrays may carry units: (ls.units["%"] * strain,
         ls.units["gf/cm"] * load).
     density : mass per area [kg/m^2], or a quantity with a unit
-    load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest shear strain e12 [1]; None: the strain at which the shear curve reaches
-        `load`
+    load : load per width that defines the limits [N/m], or a quantity with a unit
+    shear_limit : largest shear strain e12, in (0, 1) [1]; None: the strain at which the shear curve
+        first reaches `load`
 
     Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
     numbers, strain does not increase, fewer than four points up to the limit have a strain other
@@ -229,7 +230,11 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
 
 
 def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
-    """Returns the strain at which the curve first reaches a load, by linear interpolation."""
+    """Returns the strain at which the curve first reaches the load `wanted` [N/m].
+
+    Interpolates linearly between points. Raises InvalidInput if the curve does not reach this load,
+    if its first point is at or above it, or if the strain found is not positive.
+    """
     above = np.flatnonzero(load >= wanted)
     if above.size == 0:
         raise InvalidInput(
@@ -255,9 +260,9 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
 def _through_origin(
     mode: str, shape: Callable[[Floats], Floats], x: Floats, y: Floats, limit: float
 ) -> ModeFit:
-    """Fits the stiffness k of y = k shape(x) by least squares.
+    """Fits the stiffness k of y = k shape(x) by least squares, to all points given.
 
-    The misfit is the root mean square residual, relative to the largest load.
+    The misfit is the root mean square residual, relative to the largest |y|.
     """
     if np.count_nonzero(x) < 4:
         raise InvalidInput(

@@ -21,8 +21,8 @@ class ModeFit:
     stiffness : stiffness [N/m], or bending rigidity [N m]
     limit : strain limit [1]: e12 for shear, inf for bending
     misfit : root mean square deviation from the curve up to the limit, relative to the largest load
-        in this range [1]
-    points : number of points of the curve that were used
+        (for bending: moment) in this range [1]
+    points : number of points of the curve up to the limit, to which the stiffness was fitted
     """
 
     stiffness: float
@@ -143,7 +143,7 @@ class Fabric(ClothMaterial):
 
     @property
     def fits(self) -> dict[str, ModeFit]:
-        """Fit of each mode of deformation by name; empty unless ls.fit_fabric made the fabric."""
+        """Fit of each mode of deformation by name ("weft"); empty without measured curves."""
         return dict(self._fits)
 
     def __repr__(self) -> str:

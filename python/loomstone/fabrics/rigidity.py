@@ -11,8 +11,8 @@ bias (45 degrees): S11 = 1 / B(0), S22 = 1 / B(90) and S33 = 4 / B(45) - S11 - S
 S12 is minus the given Poisson ratio times S11.
 
 Without a strip on the bias, the twisting rigidity is that of Huber's orthotropic plate, D33 =
-(sqrt(D11 D22) - D12) / 2 [Huber1923], which is also the default of ClothMaterial. This relation is
-exact for isotropic plates. If the Poisson ratio is 0, it gives strips the rigidities
+(sqrt(D11 D22) - D12) / 2 [Huber1923]. ClothMaterial has the same default. This relation is exact
+for isotropic plates. If the Poisson ratio is 0, it gives strips the rigidities
 
     1 / sqrt(B(a)) = c^2 / sqrt(B(0)) + s^2 / sqrt(B(90))
 """

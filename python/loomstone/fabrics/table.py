@@ -14,7 +14,7 @@ __all__ = ["BANDS", "FABRICS", "LEVELS", "SOURCES", "Band", "Level", "Row", "Sou
 
 @dataclass(frozen=True)
 class Source:
-    """A publication from which the numbers of fabrics are taken.
+    """A publication from which numbers of fabrics are derived.
 
     citation : bibliographic reference
     licence : terms stated by the rights holders
@@ -116,6 +116,8 @@ _NEGATIVE = "the fit's negative coupling is set to 0"
 
 def _bending(warp: float) -> tuple[float, float, float]:
     """Returns the rigidities of strips along weft, along warp and on the bias [N m].
+
+    The ratios to `warp` are those of the medians of all fabrics in [Feng2022].
 
     warp : rigidity along warp [N m]: the median of those fabrics in [Feng2022] that have a similar
         mass per area

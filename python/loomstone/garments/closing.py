@@ -58,11 +58,11 @@ def close_seams(
     ease : largest relative difference in length of sewn edges [1]
     triangles, seed, threads : as in garment() and Simulation
 
-    Seams count as closed if no gap exceeds 1.5 contact distances, or if gaps no longer shrink and
-    none exceeds half a mesh edge: where three panels meet, thickness keeps them apart. Joined
-    vertices are then welded at their mean position, and the strain is reduced. Raises SolverFailure
-    naming the widest seam if seams stay open, and InvalidInput if the pattern cannot be sewn or the
-    sewn garment would intersect itself.
+    Seams count as closed if no gap exceeds 1.5 contact distances. They also count as closed if gaps
+    no longer shrink and none exceeds half the mean mesh edge, because thickness keeps panels apart
+    where three meet. Joined vertices are then welded at their mean position, and the strain is
+    reduced. Raises SolverFailure naming the widest seam if seams stay open, and InvalidInput if the
+    pattern cannot be sewn or the sewn garment would intersect itself.
     """
     _check(pattern, longest=longest, step=step)
     pattern = pattern if places is None else pattern.placed(places)
@@ -125,8 +125,8 @@ def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Time step [s] and longest simulated time [s] of sewing, and the mean edge of the mesh [m], to
-    which gaps are compared.
+    """Time step [s] of sewing, its largest simulated time [s], and the mean edge of the mesh [m],
+    with which gaps are compared.
     """
 
     step: float
@@ -147,7 +147,8 @@ def _pulled(
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
     # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable.
-    # n is the larger of the numbers of springs that meet at the two vertices of the pair.
+    # pair_mass is the reduced mass of the two vertices. n is the larger of the numbers of springs
+    # at one and at the other vertex.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

@@ -146,7 +146,8 @@ def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge
 def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
     """Full circle, clockwise from its topmost point, for round holes; lengths in [m].
 
-    Raises InvalidInput unless the centre is two finite numbers and the radius is positive.
+    Raises InvalidInput unless the centre is two finite numbers and the radius is positive and
+    finite, and for an empty name or a name with a dot.
 
     >>> round(circle("eyelet", (0, 0), 0.01).length, 4)
     0.0628

@@ -37,9 +37,9 @@ def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
     """Reads panels, seams and placements of a GarmentCode specification.
 
     Edges are named "edge_0", "edge_1" and so on, by their index in the panel. An edge in two
-    stitches, which would join three layers, is refused when the pattern is sewn. Raises CacheError
-    if the file cannot be read, and InvalidInput naming the file if its content is missing or
-    malformed.
+    stitches would join three layers. It is read, but sewing the pattern raises InvalidInput. Raises
+    CacheError if the file cannot be read, and InvalidInput naming the file if its content is
+    missing or malformed.
     """
     path = Path(path)
     try:
@@ -68,8 +68,8 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # Panels are sewn with both outsides facing the same way, unless the stitch joins the
-        # outside of one (its right side) to the inside of the other (its wrong side).
+        # The outsides of both panels face the same way, unless the stitch has the third entry
+        # "right_wrong": it joins the outside (right side) of one to the inside of the other.
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 

@@ -1,14 +1,14 @@
-"""Corrects meshes of panels whose triangles would coincide after sewing, as at corners of bags.
+"""Corrects the meshes of panels where triangles would coincide after sewing, as at bag corners.
 
 Where two sewn edges of a panel meet, a triangle may have a side on each of them. Both ends of its
-third side then lie on seams. If both edges are sewn to the same panel, and this panel has such a
-triangle too, sewing makes one edge of the two third sides, and the triangles lie on each other. At
-the tip of a cone, the ends of the third side become one vertex. An edge flip, which replaces the
-common side of two triangles by the other diagonal of their quadrilateral, usually helps. Where it
-does not, a new vertex splits the edge.
+third side then lie on seams. If both edges are sewn to the same other panel, and that panel has
+such a triangle too, sewing makes one edge of the two third sides, and the triangles lie on each
+other. At the tip of a cone, the ends of the third side become one vertex. An edge flip, which
+replaces the common side of two triangles by the other diagonal of their quadrilateral, usually
+helps. Where it does not, a new vertex splits the edge.
 
-Edges inside two panels may also cross, if their ends lie on the same seams. A new vertex then
-splits the longer of the two.
+Edges inside two panels may also cross, if the seams join both ends of one to the boundary of the
+other's panel. A new vertex then splits the longer of the two.
 """
 
 from __future__ import annotations
@@ -136,10 +136,11 @@ def _boundary_places(sides: Sides) -> dict[int, tuple[int, int]]:
 
 
 def _crossing_edges(sides: Sides, welded: Indices) -> list[list[Edge]]:
-    """Returns pairs of edges inside two panels that would cross.
+    """Returns pairs of edges inside panels that would cross after sewing.
 
-    The ends of both edges lie on seams between the two panels, and the ends of one edge separate
-    those of the other along the boundary.
+    The ends of the first edge lie on one boundary loop. The ends of the second lie on another loop,
+    and the seams join them to vertices of the first loop. Along the first loop, these vertices
+    alternate with the ends of the first edge.
     """
     places = _boundary_places(sides)
     along = {(loop, int(welded[v])): place for v, (loop, place) in places.items()}

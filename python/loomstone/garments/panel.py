@@ -194,7 +194,7 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
 
 
 def _thinned(points: Floats, stride: int) -> Floats:
-    """Returns every stride-th point (n x 2), and the last one."""
+    """Returns every stride-th of the points (n x 2), from the first one on, and the last one."""
     kept: Floats = points[np.unique(np.append(np.arange(0, len(points), stride), len(points) - 1))]
     return kept
 

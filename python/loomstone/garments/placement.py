@@ -85,7 +85,7 @@ class Cone:
     angle_degrees : angle from +x at which the panel's vertical line through the apex is placed
         [degrees]
 
-    The cone opens downward if the panel lies below `apex`, and otherwise upward.
+    The cone opens downward if the panel's points lie below `apex` on average, otherwise upward.
     """
 
     apex: tuple[float, float]
@@ -112,7 +112,8 @@ class Cone:
 @dataclass(frozen=True)
 class Ribbon:
     """Placement along a path in space: a panel's y is the arc length along the path, and its x runs
-    along `across`, which may vary along the path.
+    along `across`, which may vary along the path. Points beyond an end of the path are placed as if
+    their y were that of the end.
 
     path : (k x 3) points of the path [m]
     across : (k x 3) direction of x at each of these points, of any length above 0

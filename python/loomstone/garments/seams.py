@@ -38,12 +38,12 @@ class Seam:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Panels and their seams, which `garment` sews.
+    """Panels and the seams between their edges, to be sewn by garment() or close_seams().
 
     panels : at least one Panel; no two may have the same name
     seams : seams, each a Seam or a pair of names "panel.edge"
 
-    Raises InvalidInput for anything else.
+    Raises InvalidInput for other panels or seams. Only check() tests whether the edges exist.
     """
 
     panels: tuple[Panel, ...]

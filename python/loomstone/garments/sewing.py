@@ -31,10 +31,10 @@ EASE = 0.05  # default limit of the relative difference in length of sewn edges 
 class Garment:
     """A sewn garment.
 
-    mesh : TriangleMesh. Its uv are the panels laid out next to each other [m]; the two sides of a
-        seam therefore have different uv.
-    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge); those of a
-        mesh that was already sewn are described in sewn()
+    mesh : TriangleMesh. Its uv are the flat panels, next to each other [m]; the two sides of a seam
+        therefore have different uv.
+    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge); sewn() in
+        sewn_meshes.py describes the groups of a mesh that was already sewn
     panel_names : names of the panels
     panel_of_triangle : (m) index of the panel of each triangle
     seam_edges : (k x 2) edges of the mesh along the seams
@@ -125,13 +125,13 @@ def garment(
     """Triangulates panels, joins them along seams, and reduces the strain due to their placement.
 
     panels, seams : panels with seams (Seam or pairs of "panel.edge"), or one Pattern
-    triangles : total number of triangles, as an alternative to `edge`; the result may differ from
-        it slightly
+    triangles : total number of triangles; the result may differ from it slightly. Exactly one of
+        `triangles` and `edge` must be given.
     edge : mean edge length of the mesh [m]. Angles of triangles usually exceed 25 degrees if no
         panel is narrower than this length and no corner of an outline is below 55 degrees. They are
         smaller where two sewn edges meet in a sharp corner, as at the tip of a cone.
     ease : largest difference in length of two sewn edges, relative to the longer one [1]
-    seed : seed of the interior points; equal input gives an equal garment
+    seed : seed of the random start positions of interior points; equal input gives an equal garment
     relax : number of iterations that bring triangles closer to their rest shapes. With 0, joined
         vertices meet at their mean position, and no other vertex moves.
     allow_intersections : whether a garment that intersects itself is accepted

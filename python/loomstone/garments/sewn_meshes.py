@@ -59,14 +59,15 @@ def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: in
 def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
     """Returns a garment from a sewn mesh.
 
-    Panels are sets of triangles connected by edges with the same uv on both sides.
+    Panels are sets of triangles connected by edges with the same uv on both sides. They are called
+    "panel_1", "panel_2" and so on, by descending area. Boundary loops are called "opening_1" and so
+    on, by descending number of vertices. These names are the groups of the garment.
 
     mesh : sewn mesh whose uv are the pattern [m]
     where : name of the mesh in errors
 
-    Groups are "panel_1" (the largest) and so on, and "opening_1" (the boundary loop with the most
-    vertices) and so on. Raises InvalidInput if there are no uv, or if two boundary vertices
-    coincide, which indicates an open seam.
+    Raises InvalidInput if there are no uv, or if two boundary vertices coincide, which indicates an
+    open seam.
     """
     if len(mesh.uv) == 0:
         raise InvalidInput(f"{where}: has no uv; a sewn garment needs its flat pattern as uv [m]")

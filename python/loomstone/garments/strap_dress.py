@@ -75,8 +75,9 @@ def dress_pattern(
 ) -> Pattern:
     """Returns panels and seams of `dress`, which can be changed before they are sewn.
 
-    chord : length of the straps' mesh edges [m], at most 0.15. Straps start so high that mesh edges
-        of this length clear the bar. If `chord` is large, the straps are slack at first.
+    chord : length of the straps' mesh edges [m], from 0 to 0.15. Edges of this length are chords of
+        the arc over the bar, so the straps start high enough for these chords to clear the bar. If
+        `chord` is large, the straps are slack at first.
 
     The other lengths [m] are those of `dress`. Raises InvalidInput for values out of range.
     """

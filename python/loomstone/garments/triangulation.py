@@ -54,7 +54,10 @@ class Boundary:
         return 2 * interior + len(self) - 2 + 2 * self.holes
 
     def contains(self, points: Floats) -> NDArray[np.bool_]:
-        """Returns which points lie within the outline and in no hole, by ray crossings along x."""
+        """Returns, for each point (n x 2), whether it lies within the outline and in no hole.
+
+        Counts the crossings of the boundary with a ray from the point along +x.
+        """
         a, b = self.points, self.following
         result = np.zeros(len(points), bool)
         for first in range(0, len(points), 4096):
@@ -71,8 +74,8 @@ def triangulated(
 ) -> tuple[Floats, Indices]:
     """Returns the points (n x 2) [m] and the triangles (m x 3) of a mesh of the piece.
 
-    The boundary points come first, in order. There are boundary.triangles(interior) triangles,
-    which are oriented counter-clockwise.
+    The points of the boundary come first, in the order of boundary.points. The triangles are
+    counter-clockwise, and their number is boundary.triangles(interior).
 
     interior : number of interior points
     seed : seed of the initial points
@@ -128,9 +131,10 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
 
 
 def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
-    """Returns which points are so far from sharp corners that each such corner has one triangle.
+    """Returns, for each point, whether it is far enough from all sharp corners of the boundary.
 
-    Two triangles at a corner would each have only about half of its angle.
+    Corners below 55 degrees are sharp. If points keep this distance, each sharp corner has one
+    triangle. Two triangles would each have only about half of its angle.
     """
     before, after = boundary.preceding - boundary.points, boundary.following - boundary.points
     angle = np.arctan2(cross(after, before), (after * before).sum(1))

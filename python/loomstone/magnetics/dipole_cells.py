@@ -28,10 +28,11 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
     moments that cell_level() returns for a level add up to the moment of the magnet.
 
     Between two such bodies, force() and forces() sum over the cells that cell_front() returns. A
-    cell that is not a leaf is only used at distances of at least `separation` times its longest
-    edge. This is eq. (6.19) with r_0 = separation / density^(1/3). Cells that are closer than the
-    smaller v^(1/3) of the two bodies exert a force that grows only like 1 / distance. field() sums
-    over the leaves.
+    cell that is not a leaf is only used if its distance from the bounding box of the other body is
+    at least `separation` times its longest edge. This is eq. (6.19) with r_0 = separation /
+    density^(1/3). Cells that are closer than the smaller v^(1/3) of the two bodies exert a force
+    that grows only like 1 / distance. field() sums over the leaves.
+
     The force between two cubes of 8 x 8 x 8 cells is 39 % too large in contact, and 4 % too large
     at a gap of a twentieth of their size. Raises InvalidInput for currents, dipoles and induced
     bodies, density <= 0, separation < 1, and density * volume of the bounding box > 4,000,000.
@@ -61,8 +62,9 @@ def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
 def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]:
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells that act on `other`.
 
-    These are the coarsest cells of `body` that are far enough from `other` for their size, and
-    leaves where no cell is far enough. Raises InvalidInput unless cells() has made both bodies.
+    These are the coarsest cells of `body` that are far enough from `other` for their size (see
+    cells()), and leaves where no cell is far enough. Raises InvalidInput unless cells() has made
+    both bodies.
     """
     return _core.magnetic_cell_front(body, other)
 

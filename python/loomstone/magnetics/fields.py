@@ -23,11 +23,12 @@ def field(
     """Returns the field of one body, or the sum over several bodies.
 
     points (n, 3) [m] in world axes. Returns (n, 3): flux density B [T], or field strength H [A/m].
-    Inside magnets B = mu0 H + J. Points on a surface are treated as outside. On edges and wires the
-    field is infinite; points closer to them than 1e-15 of the size of the source (1e-12 for
-    cylinders and solenoids) are treated as if they were at that distance. threads 0:
-    OMP_NUM_THREADS or all processors; the result does not depend on it. Raises InvalidInput if
-    points are not finite or not (n, 3), or if quantity is neither "B" nor "H".
+    Inside magnets of polarization J, B = mu0 H + J. Points on a surface are treated as outside. On
+    edges and wires the field is infinite; points closer to them than 1e-15 times the radius of the
+    source (1e-12 for cylinders and solenoids) are treated as if they were at that distance. A
+    dipole contributes nothing at its own point. threads 0: OMP_NUM_THREADS or all processors; the
+    result does not depend on it. Raises InvalidInput if points are not finite or not (n, 3), or if
+    quantity is neither "B" nor "H".
 
     >>> import loomstone as ls
     >>> loop = ls.magnetics.loop(radius=1, current=2)

@@ -215,7 +215,8 @@ def plot_curve(
 ) -> Path:
     """Plots force against distance or torque against angle.
 
-    Components that stay below 1e-3 of the largest one are omitted. Returns the path of the picture.
+    Omits a component (x, y or z) if its magnitude stays below 1e-3 of the largest magnitude of any
+    component. Returns the path of the picture.
     Raises InvalidInput for an empty curve or a kind other than "force" and "torque", CacheError if
     the picture cannot be written, and Unsupported without matplotlib.
     """

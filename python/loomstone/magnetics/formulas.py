@@ -70,8 +70,9 @@ def dipole_field(
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
     grows like N log N for N dipoles and N observers. Other numbers raise InvalidInput. The number
     bounds the root mean square error, relative to the root mean square of the result, as measured
-    against direct sums for up to 128 observers. Up to 6e7 pairs (about 7,700 dipoles and as many
-    observers), all pairs are summed directly.
+    against direct sums for up to 128 observers. With a number, all pairs are still summed directly
+    if there are at most 6e7 of them (about 7,700 dipoles and as many observers), or if the treecode
+    does not meet the tolerance.
     """
     if tolerance is None:
         return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)
@@ -329,9 +330,10 @@ def polyline_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of straight conductors between vertices (k, 3) [m], by the law of Biot and Savart.
+    """Field of a current along the straight segments between successive vertices (k, 3) [m].
 
-    The current [A] flows from the first vertex to the last.
+    It follows from the law of Biot and Savart. The current [A] flows from the first vertex to the
+    last.
     """
     return field(
         sources.polyline(vertices, current=current), observers, quantity=quantity, threads=threads

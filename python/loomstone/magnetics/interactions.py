@@ -70,9 +70,10 @@ def force(
     comparing their grids, and for spheres from the end of their series. For an induced body near a
     magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each other, the
     estimate is between half and ten times the true error in nine of ten cases (for spheres, if the
-    degree is at least 3). For spheres whose series is far too short, it is at least the force
-    between a dipole with the moment of the other body and a plane of ideal iron. For two spheres,
-    the estimate can be too small. For induced meshes, which have only one grid, it is nan.
+    degree is at least 3). For a sphere of degree 10 or more whose series has not converged, it is
+    at least the force between a dipole with the moment of the other body and a plane of ideal iron.
+    For two spheres, the estimate can be too small. For induced meshes, which have only one grid, it
+    is nan.
 
     engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
     has no effect on the result, and overlap is not detected. The error is estimated by comparison

@@ -17,8 +17,9 @@ from .sources import Bodies, as_list, box_of
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves", "frame_lines"]
 
 Floats = NDArray[np.float64]
-# Flux density below which pictures show no field lines [T]. A straight wire with a current of 1 A
-# causes 200 times this flux density at a distance of 10 cm.
+# A frame shows no field lines if there is no uniform field and all components of B near the magnets
+# are below this value [T]; see _is_weak(). A straight wire with a current of 1 A causes 200 times
+# this flux density at a distance of 10 cm.
 WEAK = 1e-8
 
 
@@ -61,20 +62,22 @@ def field_lines(
 ) -> FieldLines:
     """Traces lines of B by an adaptive Runge-Kutta pair of orders 5 and 4 [Dormand1980].
 
-    Without seeds, `lines` lines start at points that represent equal flux. These points lie on the
-    surfaces of magnets and of magnetised bodies, on discs in loops and solenoids, and on surfaces
-    that closed polylines span. Lines are therefore dense where the field is strong. seeds (n, 3)
-    [m]: starting points to use instead, each traced in both directions. uniform (3): flux density
-    added to that of the bodies [T].
+    Without seeds, `lines` lines start at points that represent equal flux. These points lie where
+    flux leaves the surfaces of magnets and of magnetised bodies, on discs in loops and solenoids,
+    and on surfaces that closed polylines span. Lines from the surfaces of bodies are traced along
+    B, all others in both directions. Lines are dense where the field is strong. seeds (n, 3) [m]:
+    starting points to use instead, each traced in both directions. uniform (3): flux density added
+    to that of the bodies [T].
 
-    A line ends where it enters a body, leaves the ball of radius `extent` [m] about `centre`,
-    returns to its start, or reaches a point where the field vanishes or is not finite. In each
-    direction, it also ends after `length` [m] (0: 20 extents) or a thousand steps (more if
-    tolerance < 1e-5). extent 0: four times the radius of the bounding ball of the bodies, about the
-    centre of that ball. tolerance [1]: error of a step divided by the extent. Between neighbouring
-    points a line turns by about 0.1 rad at most, except at surfaces. threads 0: OMP_NUM_THREADS or
-    all processors; the result does not depend on it. Raises InvalidInput for values out of range,
-    and if no line can start.
+    A line ends where it enters a body (or the thin layer around a magnetised body with panels),
+    leaves the ball of radius `extent` [m] about `centre`, or returns to its start. It also ends
+    where the field vanishes or is not finite, or where the line hardly moves. In each direction, it
+    ends after `length` [m] (0: 20 extents) or a thousand steps (more if tolerance < 1e-5) at the
+    latest. extent 0: four times the radius of the bounding ball of the bodies, and the centre of
+    that ball in place of `centre`. tolerance [1]: error of a step divided by the extent. Between
+    neighbouring points a line turns by about 0.1 rad at most, except at surfaces. threads 0:
+    OMP_NUM_THREADS or all processors; the result does not depend on it. Raises InvalidInput for
+    values out of range, and if no line can start.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))

@@ -36,8 +36,8 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
-# Magnitude of a component of a polarization above which a warning is given [T]. No material exceeds
-# 2.5 T, and the margin allows for magnets that represent windings.
+# If a component of a polarization exceeds this magnitude [T], a warning is given. No material
+# exceeds 2.5 T, and the margin allows for magnets that represent windings.
 LARGEST_POLARIZATION = 5.0
 
 

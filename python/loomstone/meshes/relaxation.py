@@ -26,13 +26,14 @@ def relaxed(
     """Returns an unstructured mesh within a convex outline.
 
     outline : (b x 2) points that stay fixed: those of the outline, and possibly others inside [m]
-    depth : function that returns a lower bound on the distance of points from the boundary of the
-        region where interior points start [m], negative outside the region
+    depth : function that returns lower bounds on the distances of points (n x 2) from the boundary
+        of the region in which interior points start [m]; negative outside this region
     box : width and height of a box about the origin that contains the outline [m]
     edge : target edge length [m]
-    triangles : number of triangles. By Euler's formula, it fixes the number of interior points,
-        which is at least 0: triangles = 2 (interior points) + (points of `outline`) - 2. Each point
-        of `outline` that lies inside the outline adds one more triangle.
+    triangles : intended number of triangles. The number of interior points follows from Euler's
+        formula, triangles = 2 (interior points) + (points of `outline`) - 2, rounded down and at
+        least 0. Each point of `outline` that lies inside the outline adds one more triangle.
+    seed : seed of the random start positions of interior points
     """
     random = np.random.default_rng(seed)
     n_interior = max(0, (triangles + 2 - len(outline)) // 2)

@@ -43,7 +43,7 @@ def baked(
     rate : samples per second [1/s]; default: one sample per time code for USD, 60 per second for
         glTF
     start : time of the first sample [s]
-    name : name in reports and files; default: that of the file
+    name : name in reports and files; default: the name of the file without its suffix
     friction : friction coefficient [1]
     thickness : contact distance [m]; 0: the largest of the cloths, or 1 mm without cloth
     look : Look, the colour and texture of the obstacle in pictures; with a texture, the texture

@@ -39,7 +39,7 @@ def follow(mesh: TriangleMesh, frames: ArrayLike, points: ArrayLike) -> Floats:
     nearest to it: by the displacement and rotation that fit their motion best. The weight of a
     triangle is its area times a factor that decreases with its distance, almost to 0. If the mesh
     moves rigidly, distances between points are kept. If it deforms, the distance of a point from
-    the surface changes at most by about the deformation of the patch.
+    the surface changes by hardly more than vertices of these triangles move relative to each other.
 
     Raises InvalidInput if an array has another shape or contains values that are not finite.
 
@@ -115,8 +115,8 @@ class _Patch:
         return _Patch(mesh.triangles[near], weights)
 
     def samples(self, vertices: Floats) -> tuple[Floats, Floats]:
-        """Returns the weighted means (points x 3) of the samples [m], and the samples
-        (points x samples x 3) relative to these means [m].
+        """Returns, for a mesh with these vertices, the weighted mean of each patch's samples
+        (points x 3) [m], and the samples relative to this mean (points x samples x 3) [m].
         """
         corners = vertices[self.corners]
         middles = (0.5 * (corners + np.roll(corners, 1, axis=2))).reshape(len(corners), -1, 3)

@@ -52,7 +52,7 @@ def sequence(
 
     All frames are kept in memory (24 bytes per vertex and frame). Raises CacheError if a file
     cannot be read or none matches the pattern, and InvalidInput for fewer than two frames, frames
-    that do not fit one mesh, positions without `mesh`, and neither times nor a valid `rate`.
+    that do not fit one mesh, positions without `mesh`, an invalid `rate`, or no times and no rate.
 
     >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP
@@ -98,7 +98,9 @@ def _moments(
 ) -> Floats:
     """Returns the times of the samples [s], shifted so that they begin at `start` if it is given.
 
-    With `rate`, the samples are `step` frames apart; otherwise, `times` are those of the file.
+    With `rate`, successive samples are `step` frames apart. Without `rate`, the result follows from
+    `times`, those of the file (None: the file has none). Raises InvalidInput if `rate` is invalid,
+    or if it is None and there is not one time per sample.
     """
     if rate is not None:
         if not (np.isfinite(rate) and rate > 0):

@@ -226,10 +226,10 @@ def funnel(
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
 ) -> Obstacle:
-    """Funnel whose walls have a thickness `wall`; lengths in [m].
+    """Funnel: a truncated cone of height `height` on a tube of length `tube_length`.
 
-    A cone of height `height` stands on a tube of length `tube_length`. The radii are those of the
-    inner surface.
+    `wall` is the thickness of the walls. The radii are those of the inner surface. Lengths are in
+    [m].
 
     centre : position of the centre of the circle in which cone and tube meet [m]
     """

@@ -59,10 +59,10 @@ def render_run(
         frames change the automatic colours or the fit of the camera.
     progress : function called with each increment of the number of finished pictures
     stop : called before every picture if one process draws; drawing ends if it returns True
-    simulation : source of field lines if one process draws; None: made from the stored magnets
+    simulation : its magnets cause field lines if one process draws; None: the stored magnets do
 
-    A fitted camera shows all drawn frames or, for single frames, the whole run if pictures in its
-    directory `frames` have equal options. Automatic colours span the values of all frames.
+    A fitted camera shows all drawn frames. For single frames, it is the camera of the pictures in
+    the run's directory `frames` if these have equal options. Automatic colours use all frames.
     """
     check_frames(run, frames)
     shown = framed(run, options, frames)

@@ -44,9 +44,9 @@ class Painter:
     first : frame that determines the region of a fitted camera, the scale of shading and the sharp
         edges of bodies; None: the first frame drawn
     lines : number of field lines, 0: none
-    simulation : simulation of the scene, which provides the magnets; needed for field lines
-    value_ranges : for each field of color_by, the (minimum, maximum) that automatic colours span;
-        None: the extremes in each frame, and 0 to 2 for the field contact
+    simulation : simulation that provides the magnets; needed for field lines
+    value_ranges : for each field of color_by, the (minimum, maximum) from which automatic colours
+        follow; None: the extremes in each frame, or 0 to 2 for the field contact
     """
 
     def __init__(

@@ -206,7 +206,9 @@ def _draw_parts(axes: Any, groups: Sequence[_Group]) -> None:
 
 
 def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
-    """Draws the shares of steps and of collision handling in which ranks communicate or wait."""
+    """Draws the shares of wall time, of steps and of collision handling, in which ranks communicate
+    or wait.
+    """
     places = np.arange(len(groups))
     collision = [
         g.mean("collision_waiting").sum() / max(g.mean("collision").sum(), 1e-300) for g in groups

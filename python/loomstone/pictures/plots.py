@@ -110,8 +110,10 @@ def _add_legend(figure: Any, axes: Any) -> None:
 def scale_of_gains(largest_kinetic: float, scripts: float) -> tuple[float, str]:
     """Returns the energy with which gains of energy are compared [J], and its name.
 
-    It is the largest kinetic energy or, if the scene hardly moves while scripts press or stretch
-    cloth, the magnitude of the work of the scripts.
+    It is the largest kinetic energy or, if this is below STILL times the magnitude of the work of
+    scripts, this magnitude. In the second case, scripts press or stretch cloth that hardly moves.
+
+    scripts : work of scripts [J]
     """
     if largest_kinetic < STILL * abs(scripts):
         return abs(scripts), "work of scripts"

@@ -60,7 +60,7 @@ def reversed_obstacles(scene: Scene) -> list[int]:
 def of_reversed(scene: Scene, surfaces: list[Surface], obstacles: list[int]) -> list[str]:
     """Returns one sentence for each reversed obstacle inside which a vertex of cloth starts.
 
-    At most MOST_TESTED vertices of each cloth are tested.
+    Tests at most MOST_TESTED of the vertices of each cloth that lie in the obstacle's bounding box.
 
     surfaces : those of all bodies, followed by those of all obstacles
     obstacles : indices of the reversed obstacles

@@ -13,8 +13,8 @@ from .surfaces import item
 
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
-# Limits of plausible values, and numbers by which mistakes are recognised. All are our choice.
-AREAS = 1.2  # largest ratio between start and rest, in either direction, of areas and of lengths
+# Numbers by which likely mistakes in cloths are recognised. All are our choice.
+AREAS = 1.2  # largest ratio of start to rest, or of rest to start, for areas and for lengths [1]
 LARGEST = 30.0  # largest extent of a cloth [m]
 SQUARE = 1e-3  # uv fill the unit square if their bounds differ from 0 and 1 by at most this
 GAP = 0.5  # smallest initial gap between cloth and a surface, as a fraction of the contact distance

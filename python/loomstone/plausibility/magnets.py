@@ -24,11 +24,11 @@ SIDES = 32
 
 
 def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns one sentence for each protruding magnet, and one for each pair of overlapping magnets
-    if at least one of the two is on a body.
+    """Returns one sentence for each magnet that protrudes from its body or obstacle by more than
+    REACH, and one for each pair of overlapping magnets if at least one is on a rigid body.
 
     surfaces : those of all bodies, followed by those of all obstacles
-    pairs : pairs of overlapping surfaces; overlaps between the magnets of such a pair of surfaces
+    pairs : pairs of overlapping surfaces; overlaps of a magnet on one with a magnet on the other
         are not reported
     """
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]

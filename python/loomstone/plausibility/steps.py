@@ -1,4 +1,4 @@
-"""Steps that look like a mistake: steps at which an explicit scheme is unstable."""
+"""Steps that look like a mistake: fixed steps above the stability limit of an explicit scheme."""
 
 from __future__ import annotations
 

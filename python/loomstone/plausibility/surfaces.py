@@ -15,9 +15,9 @@ __all__ = ["Surface", "item", "overlapping_pairs", "start_surfaces"]
 
 Floats = NDArray[np.float64]
 
-# Surfaces that intersect count as overlapping if they still intersect after each has shrunk about
-# its centre by this fraction of its size. The value is our choice. It excludes surfaces that touch,
-# and round surfaces that intersect only because their meshes have flat facets.
+# Surfaces that intersect count as overlapping if they still intersect after each has shrunk by this
+# fraction of its size, about the centre of its bounding box. The value is our choice. It excludes
+# surfaces that touch, and round surfaces that intersect only because their meshes have flat facets.
 SHRINKAGE = 0.02
 # Largest number of surfaces that are tested for intersections, to bound the time of the test.
 MOST_TESTED = 1000
@@ -39,7 +39,7 @@ class Surface:
     free: bool
 
     def placed(self, local: Floats) -> Floats:
-        """Returns the world positions (k x 3) [m] of points (k x 3) given in the frame of the mesh.
+        """Returns the world positions at the start (k x 3) of points in the mesh's frame [m].
 
         The rotation is the best fit (Kabsch), which is exact for a surface that does not deform.
         """
@@ -56,7 +56,7 @@ def item(kind: str, index: int, name: str) -> str:
 
 
 def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
-    """Returns the surfaces of all bodies, followed by those of all obstacles."""
+    """Returns the surfaces at the start: those of all bodies, then those of all obstacles."""
     points = simulation.frame().body_vertices
     named = [(item("bodies", i, b.name), b.mesh, True) for i, b in enumerate(scene.bodies)]
     named += [(item("obstacles", i, o.name), o.mesh, False) for i, o in enumerate(scene.obstacles)]
@@ -68,12 +68,13 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 
 
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
-    """Returns pairs of overlapping surfaces as indices. One or both of each pair move freely.
+    """Returns the pairs of overlapping surfaces of which at least one is `free`, as indices.
 
     Two surfaces overlap if they intersect both at full size and after shrinking by SHRINKAGE, or if
-    a closed one contains the other. A surface is tested for intersections if its bounding box
-    overlaps that of another one, and at least one of the two moves freely. At most MOST_TESTED
-    surfaces are tested.
+    one contains the other. A closed surface contains another if its bounding box contains that of
+    the other, and the first vertex of the other lies inside. Only the first MOST_TESTED surfaces
+    whose bounding box overlaps that of another, at least one of the two being `free`, are tested
+    for intersections.
     """
     if not any(surface.free for surface in surfaces):
         return []
@@ -107,7 +108,7 @@ def _shrunk(surface: Surface) -> Surface:
 
 
 def _intersecting(surfaces: list[Surface]) -> set[tuple[int, int]]:
-    """Returns the pairs of intersecting surfaces in which at least one surface moves freely."""
+    """Returns the pairs of intersecting surfaces of which at least one is `free`, as indices."""
     first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
     faces = [s.mesh.triangles + start for s, start in zip(surfaces, first, strict=False)]
     owner = np.repeat(np.arange(len(surfaces)), [len(each) for each in faces])

@@ -159,12 +159,12 @@ class Run:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Options of the run, its magnets and coils, a digest of scene and integrator and, after
-        `loomstone run`, the scene file and its parameters.
+        """Metadata of the run: options, magnets and coils, and a digest of scene and integrator.
 
-        Empty for files of other programs. The duration is the longest that was given so far, and
-        `control` tells whether a control function was ever given; if one was given at the start, a
-        random number replaces the digest. Raises CacheError if extension.json cannot be read.
+        A run of `loomstone run` also has its scene file and the parameters. Files of other programs
+        have no metadata. `duration` is the longest that was given so far. `control` tells whether a
+        control function was ever given. If one was given at the start, the digest (`identity`) is a
+        random number. Raises CacheError if extension.json cannot be read.
         """
         try:
             content = json.loads(self._reader.metadata or "{}")

@@ -48,8 +48,8 @@ def execute(
     """Advances a Simulation to the end of its run and returns the report.
 
     All ranks must call this function. Only rank 0 writes files, and only its report contains values
-    computed from them. Raises Interrupted if a signal ends the run, and CacheError if the directory
-    cannot be used, for example while another process writes a run into it.
+    computed from the files. Raises Interrupted if a signal ends the run, and CacheError if the
+    directory cannot be used, for example while another process writes a run into it.
 
     control : function called with the simulation before every step
     farewell : sentence that rank 0 prints if the run ends early, as last_words.py describes
@@ -96,7 +96,7 @@ def execute(
 
 
 def _check_same(ranks: Communicator, options: RunOptions, **given: bool) -> None:
-    """Raises InvalidInput on all ranks unless all ranks have the same options."""
+    """Raises InvalidInput on all ranks unless `options` and `given` are the same on all ranks."""
     given |= {field.name: getattr(options, field.name) for field in fields(options)}
     check_same(ranks, "run", **given)
 
@@ -153,11 +153,12 @@ def _metadata_text(
     metadata: dict[str, Any],
     control: Callable[[Any], None] | None,
 ) -> str:
-    """Returns the metadata as JSON, with options that a resumed run keeps.
+    """Returns the metadata of a new run as JSON: `metadata` and further entries.
 
-    The metadata include the magnets and coils of the scene, from which field lines are drawn, and a
-    digest of scene and integrator, by which pictures of another run are recognised. With a control
-    function, a random number takes the place of the digest, because the function may do anything.
+    These entries are options that a resumed run keeps, the magnets and coils of the scene, from
+    which field lines are drawn, and a digest of scene and integrator, by which pictures of another
+    run are recognised. With a control function, a random number takes the place of the digest,
+    because the function may do anything.
     """
     described = digest_of(simulation.scene, simulation.integrator)
     kept = {
@@ -182,7 +183,7 @@ def _call(control: Callable[[Any], None], simulation: Any) -> None:
 
 
 class _Course:
-    """The time loop of a run, which ends with the last frame or on a signal."""
+    """The time loop of a run. It ends after the last frame or on a signal."""
 
     def __init__(
         self,

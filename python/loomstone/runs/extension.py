@@ -58,7 +58,7 @@ def extend(
 ) -> None:
     """Records a longer duration, and the first use of a control function, in extension.json.
 
-    metadata : those of the run, with earlier extensions, to which `options` are compared
+    metadata : metadata of the run with earlier extensions; `options` are compared with them
     """
     new: dict[str, Any] = {}
     if options.duration > metadata.get("duration", options.duration):

@@ -79,7 +79,7 @@ def told_of_part_frame(duration: float, rate: float) -> str:
 
 
 def warn_of_part_frame(duration: float, rate: float, stacklevel: int = 1) -> None:
-    """Warns with SceneWarning of a duration for which told_of_part_frame() returns a message.
+    """Issues the message of told_of_part_frame(), if there is one, as a SceneWarning.
 
     stacklevel : 1 if the line to blame is in the caller of this function, 2 if it is in the
         caller's caller, and so on

@@ -50,9 +50,10 @@ class DirectoryLock:
         return [] if self._descriptor is None else [self._descriptor]
 
     def take(self, *, wait: bool = False) -> None:
-        """Takes the lock, unless this object has it or the lock file cannot be created or locked.
+        """Takes the lock. Does nothing if this object has it already.
 
-        Raises CacheError if another process has the lock; with `wait`, waits until it is free.
+        If another process has the lock, raises CacheError or, with `wait`, waits until it is free.
+        Takes no lock if the lock file cannot be created, or if its file system has no locks.
         """
         while self._descriptor is None:
             try:
@@ -129,7 +130,7 @@ _held: set[DirectoryLock] = set()
 
 
 def _let_go() -> None:
-    """Closes the files of the locks in a forked process, which would otherwise hold them too."""
+    """Closes the lock files in a forked process, so that this process does not hold the locks."""
     for lock in list(_held):
         lock._close()
 

@@ -1,4 +1,4 @@
-"""Magnets and coils of a scene as plain data, from which field lines are drawn.
+"""Record of the magnets and coils of a scene and of what carries them, for drawing field lines.
 
 The record contains only values that JSON can represent. Reading it runs no code of the scene file.
 """

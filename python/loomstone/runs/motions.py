@@ -1,4 +1,7 @@
-"""Recorded motions of a run, from which `loomstone replay` predicts times on many ranks."""
+"""Recorded motions of surfaces in a run.
+
+From them, `loomstone replay` predicts the time of collision searches on many ranks.
+"""
 
 from __future__ import annotations
 

@@ -65,7 +65,8 @@ def read_parallel(directory: str | os.PathLike[str]) -> ParallelRun:
 
 
 def _check_steps(steps: Mapping[str, NDArray[Any]], table: Path, end: float) -> None:
-    """Raises CacheError unless columns are valid, times increase, and no step starts after `end`.
+    """Raises CacheError unless all COLUMNS are valid, there are steps with times of ranks, `time`
+    increases from a value above 0, and the last step starts at `end` or before.
 
     end : time of the last frame plus the time between two frames [s]
     """
@@ -87,7 +88,11 @@ def _check_steps(steps: Mapping[str, NDArray[Any]], table: Path, end: float) -> 
 
 
 def _report(path: Path) -> dict[str, Any]:
-    """Returns report.json. Raises CacheError unless it has usable entries about ranks."""
+    """Returns the content of report.json.
+
+    Raises CacheError unless it has usable entries `ranks`, `decomposition` and
+    `preparation_seconds`.
+    """
     file = path / "report.json"
     try:
         report = json.loads(file.read_text(encoding="utf-8"))

@@ -1,7 +1,8 @@
 """Parameters of scene(): values given as text, and the types that scene() expects.
 
 The annotation of a parameter decides which values it accepts. Without an annotation that can be
-evaluated, the type of its default decides.
+evaluated, the type of its default decides if it is bool, int, float or str. Otherwise, the
+parameter accepts every value.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ class Given:
     def value(self) -> Any:
         """The value of the text if it is a Python literal, or else the text.
 
-        Raises InvalidInput for literals that cannot be stored as JSON, such as 1e400, which is
-        infinite.
+        A number such as 5e3, with an exponent and without a point, is an int if it is whole. Raises
+        InvalidInput for literals that cannot be stored as JSON, such as 1e400, which is infinite.
         """
         try:
             value = ast.literal_eval(self.text)
@@ -253,9 +254,10 @@ def _text(value: Any) -> str:
 
 
 def _of_union(value: Any, kinds: Sequence[Any]) -> Any:
-    """Returns `value` as read by the first type that accepts it.
+    """Returns `value` as read by the first of `kinds` that accepts it.
 
-    Two types are tried last: int if the value is a float, and then str, which accepts any text.
+    They are tried in their order, with two exceptions: str comes last, because it accepts any text,
+    and int comes before it but after all others if the value is a float.
     """
     decimal = type(value.value if isinstance(value, Given) else value) is float
     for kind in sorted(kinds, key=lambda kind: (kind is str, kind is int and decimal)):

@@ -21,7 +21,7 @@ from .observer import Observer, Silence
 
 __all__ = ["observer"]
 
-# Time without a progress line [s] after which the next step prints one.
+# Time without a progress line [s] after which Lines prints one at the end of a step.
 LONGEST_SILENCE = 10.0
 
 

@@ -57,7 +57,8 @@ class Prediction:
     seconds : time until all ranks have all results, summed over the searches [s]
     exchange : the part of `seconds` in which ranks exchange results and costs [s]
     serial : time of the searches on one rank [s]
-    busy : time spent on tests or neighbour lists, mean over ranks and sum over searches [s]
+    busy : time spent on tests or neighbour lists, averaged over the ranks and summed over the
+        searches [s]
     requests, refusals : number of requests by idle ranks for tasks, and number of refused requests
     transfers : number of tasks that moved to another rank
     """

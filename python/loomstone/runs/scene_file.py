@@ -144,8 +144,8 @@ class SceneFile:
     def _located(self) -> Iterator[None]:
         """Runs the code of a `with` block, which calls the scene file, in the file's directory.
 
-        An error, or sys.exit(), becomes an InvalidInput that names the line of the scene file, if
-        there is one. AssertionError and errors of loomstone other than InvalidInput stay unchanged.
+        An error, or sys.exit(), becomes an InvalidInput that names the file and, if one is known,
+        the line. AssertionError and errors of loomstone other than InvalidInput stay unchanged.
         """
         try:
             with in_directory_of(self.path):

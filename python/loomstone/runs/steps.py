@@ -165,7 +165,12 @@ def _duration(rows: list[dict[str, str]]) -> float:
 
 
 def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
-    """Returns the run's largest kinetic energy [J] and balances of energy relative to it [1]."""
+    """Returns the run's largest kinetic energy [J] and, relative to it [1], balances of energy.
+
+    These are the largest balances over all steps, without and with the energy of contacts, and the
+    balance at the end without it; see AccountReport in core/base/report.h. They are 0 if nothing
+    has moved.
+    """
     kinetic = [float(r["account.largest_kinetic"]) for r in rows]
     largest = max(kinetic)
 

@@ -36,7 +36,7 @@ class Program:
     parameters: dict[str, Any]
 
     def require_same_file(self, directory: Path) -> None:
-        """Raises CacheError unless the scene file at `path` has this source.
+        """Raises CacheError unless `path` is absolute and the file there has the content `source`.
 
         A file in the directory of the run does not count, because it may have come with the run.
         """

@@ -36,8 +36,9 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
 
     first : name that the first column must have
 
-    A last row without a line break is skipped, as in read_rows(). Any other invalid line raises a
-    CacheError that names it.
+    A last row without a line break is skipped, as in read_rows(). Raises CacheError for another
+    header, and for any other row that does not consist of one number per column. The message names
+    the line of the row.
     """
     header, rows = read_rows(path)
     if header[:1] != [first]:

@@ -94,8 +94,8 @@ class FrameTable:
 
 
 # File names and columns of two tables, each of which exists only if it has rows. FORCED lists the
-# triangle pairs in Simulation.forced_pairs after a step. BROKEN lists the largest excesses over
-# strain limits that remained after a step.
+# triangle pairs in Simulation.forced_pairs after each step. BROKEN lists the largest excesses over
+# strain limits that remain after each step.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),

@@ -391,7 +391,9 @@ def _remove_run(directory: Path) -> None:
 
 
 def _remove_continuations(directory: Path) -> None:
-    """Removes the files from which a later run in the directory would be resumed by mistake."""
+    """Removes checkpoints and extension.json, which a later run in the directory could resume from
+    by mistake.
+    """
     (directory / EXTENSION).unlink(missing_ok=True)
     for path in checkpoint_files(directory):
         path.unlink()

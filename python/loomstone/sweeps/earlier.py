@@ -19,9 +19,9 @@ __all__ = ["with_earlier"]
 
 
 def with_earlier(points: Sequence[Point], file: SceneFile, out: Path) -> list[Point]:
-    """Returns the points and, after them, those that earlier sweeps have finished in `out`.
+    """Returns the points and, after them, those of other finished runs of `file` in `out`.
 
-    A parameter that is missing at some of the points gets its default there, if it has one.
+    A parameter that is missing at some of these points gets its default there, if it has one.
     """
     own = {point.directory.name for point in points}
     places = sorted(path.parent for path in out.glob("*/log.txt"))

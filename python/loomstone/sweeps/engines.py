@@ -43,8 +43,8 @@ def on_this_machine(
 ) -> Iterator[tuple[Point, int]]:
     """Runs at most `jobs` points at a time; yields each with its exit code when it ends.
 
-    A signal that ends this process also ends the runs, which save their states; then Interrupted is
-    raised.
+    After SIGINT, SIGTERM or SIGUSR1, the runs in progress save their states and end, no further run
+    begins, and Interrupted is raised.
     """
     with noted_signals() as received, ThreadPoolExecutor(jobs) as pool:
         running = _Running(received)

@@ -132,7 +132,10 @@ def _values(name: str, piece: str, text: bool) -> list[Any]:
 
 
 def _spaced(name: str, text: str) -> list[Any]:
-    """Returns the values of first:last:count, or an empty list if the text has another form."""
+    """Returns the values of first:last:count, or an empty list if the text has another form.
+
+    Raises InvalidInput if an end is not finite or the count is below 2.
+    """
     parts = text.split(":")
     if len(parts) != 3:
         return []

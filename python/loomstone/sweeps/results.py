@@ -68,7 +68,7 @@ def _flat(report: dict[str, Any], taken: dict[str, Any], prefix: str = "") -> di
 
 
 def check_figures(names: Sequence[str]) -> None:
-    """Raises InvalidInput unless each name is one of the figures that can be plotted."""
+    """Raises InvalidInput unless each name is that of a figure, a value in the report of a run."""
     known = ["frames", "steps", "time", "wall_seconds", *_flat(names_of_summary(), {})]
     for name in names:
         if name not in known:
@@ -80,9 +80,11 @@ def check_figures(names: Sequence[str]) -> None:
 def plot_figures(
     rows: Sequence[dict[str, Any]], points: Sequence[Point], figures: Sequence[str], path: Path
 ) -> Path | None:
-    """Plots figures of the table over the numeric parameter with the most values.
+    """Plots figures (values of reports) over the numeric parameter with the most values.
 
-    points : those from which the table was made, including points whose runs are not finished
+    rows : rows of the table of the sweep
+    points : points from which the table was made, including those whose runs are not finished
+    figures : names of the figures; each has a diagram of its own
 
     Each combination of the other parameters is a line. Returns the path of the picture, or None if
     no numeric parameter has several values or no run is finished. Raises Unsupported if matplotlib

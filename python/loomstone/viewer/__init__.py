@@ -61,8 +61,8 @@ def live(
 
     On the page, the left mouse button pulls cloth, rigid bodies and obstacles. Cloth and rigid
     bodies are pulled by a force, and collisions and strain limits remain active. Obstacles follow
-    the mouse, except floors and obstacles that deform. Simulated time keeps up with real time if
-    the machine is fast enough.
+    the mouse, except floors and obstacles with `vertex_positions`. Simulated time keeps up with
+    real time if the machine is fast enough.
 
     integrator, threads : as in Simulation
     control : function called before every step, as in Simulation.run

@@ -21,8 +21,8 @@ Floats = NDArray[np.float64]
 
 # Smallest fraction of the mass of a cloth that a hand grips.
 _PATCH = 0.05
-# The force of a hand is at most the whole mass of what it grips (cloth or body) times this
-# acceleration [m/s^2], which is about eight times gravity.
+# The force of a hand is at most the mass of the whole cloth or body that it grips, times this
+# acceleration [m/s^2]. The value is about eight times gravity.
 _PULL = 80.0
 # Time constant of the spring between hand and gripped part, in units of the longest step. With 1,
 # the force would move the part by the whole distance in one step. With less, the part would
@@ -50,7 +50,7 @@ class _Spring:
     """A damped spring between a hand and what it holds. An integral term balances the weight.
 
     mass : mass that moves with the hand [kg]
-    carried : mass that may hang on the hand [kg], which limits the force
+    carried : mass that may hang on the hand [kg]; the force is at most _PULL times this mass
     step : longest step of the simulation [s]
     """
 
@@ -81,7 +81,10 @@ class ClothGrip:
     def __init__(
         self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike
     ) -> None:
-        """`vertices` are those of the cloth; `mass` [kg] is that of each vertex of all cloths."""
+        """`vertices` are those of the cloth, and `point` is the grabbed point (3) [m].
+
+        `mass` is the mass of each vertex of all cloths [kg].
+        """
         distance = np.linalg.norm(sim.positions[vertices] - np.asarray(point), axis=1)
         order = vertices[np.argsort(distance, kind="stable")]
         whole = float(mass[order].sum())
@@ -89,7 +92,7 @@ class ClothGrip:
         self._patch = order[:count]
         self._share = mass[self._patch] / mass[self._patch].sum()
         self._spring = _Spring(float(mass[self._patch].sum()), whole, sim.step_size)
-        # The grabbed point stays at the same place relative to the centre of the patch.
+        # In world axes, the vector from the centre of the patch to the grabbed point is constant.
         self._arm = np.asarray(point) - self._centre(sim.positions)
         self._before = sim.external_forces[self._patch]
         self.goal = np.array(point, float)
@@ -111,7 +114,7 @@ class ClothGrip:
 
 
 class BodyGrip:
-    """Holds a rigid body at its centre, about which it can still turn."""
+    """Holds a rigid body at its centre, so that the body can still turn about it."""
 
     def __init__(self, sim: Simulation, body: int, mass: float, point: ArrayLike) -> None:
         self.body, self._mass = body, mass

@@ -36,9 +36,11 @@ class Live:
     scene, integrator, threads : as in Simulation
     control : function called before every step, as in Simulation.run
     paused : whether the simulation waits for the user to start it
+    lines : number of magnetic field lines at the start
+    title, camera, host, port : as in live()
 
     Attributes: page (Page). Dragging a cloth, a rigid body or an obstacle with the left mouse
-    button pulls it. Floors and obstacles that deform cannot be pulled.
+    button pulls it. Floors and obstacles with `vertex_positions` cannot be pulled.
     """
 
     def __init__(
@@ -90,7 +92,8 @@ class Live:
     def rates(self) -> tuple[float, float]:
         """Returns the pictures per second [1/s] and the ratio of simulated to elapsed time [1].
 
-        Both are means over the pictures of the last 10 s, and 0 for fewer than two pictures.
+        Both are means over the last 10 s before the latest picture, and 0 for fewer than two
+        pictures in this time.
         """
         pictures = list(self._pictures)
         if len(pictures) < 2:

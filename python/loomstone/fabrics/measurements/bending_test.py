@@ -37,12 +37,12 @@ class CantileverResult:
 
     angle_degrees : angle of the strip to weft
     overhang : overhang l at which the chord is inclined by 41.5 degrees [m]
-    elastica : overhang l of the elastica at the same inclination [m]
+    elastica : overhang l of an elastica with `rigidity`, at the same inclination [m]
     rigidity : rigidity of the strip by plate theory [N m]
-    measured_rigidity : rigidity of an elastica with the measured overhang [N m]
-    at_rest : whether every strip came to rest
+    measured_rigidity : rigidity of an elastica whose overhang is `overhang` [N m]
+    at_rest : whether every simulated strip came to rest
     strips : number of strips that were simulated
-    seconds : wall time [s]
+    seconds : wall time of the test [s]
     """
 
     angle_degrees: float
@@ -75,8 +75,8 @@ def cantilever(
     step: float = 4e-3,
     threads: int = 1,
 ) -> CantileverResult:
-    """Simulates overhanging strips, whose length is adjusted from strip to strip until the chord of
-    one is inclined by 41.5 +- 0.1 degrees.
+    """Simulates overhanging strips, one after another, until the chord of a strip is inclined by
+    41.5 +- 0.1 degrees. Each strip determines the length of the next one.
 
     angle_degrees : angle of the strip to weft (0: weft, 90: warp, 45: bias)
     width : width of the strip [m]

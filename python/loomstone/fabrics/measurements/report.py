@@ -213,7 +213,10 @@ def print_report(report: FabricReport) -> None:
 
 
 def chosen(names: str) -> list[str]:
-    """Returns the names listed in the option --fabrics, or those of all fabrics if it is empty."""
+    """Returns the names of the chosen fabrics.
+
+    names : names separated by commas, the value of the option --fabrics; empty: all fabrics
+    """
     return [catalogue[name.strip()].name for name in names.split(",")] if names else list(catalogue)
 
 

@@ -48,14 +48,14 @@ def bring_to_rest(
     drift: float = 1e-4,
     window: float = 0.2,
 ) -> Rest:
-    """Advances until the kinetic energy and the displacement of every vertex stay small.
+    """Advances until the kinetic energy and the displacements of all vertices stay below limits
+    over a window of time.
 
-    If they do not become small, the first step that reaches `longest` is the last one.
+    If that does not happen, the call ends after the first step that reaches `longest`.
 
-    longest : simulated time after which this call ends in any case [s]
-    ratio : largest kinetic energy allowed in a window of time, relative to the largest since this
-        call began [1]
-    drift : largest displacement of a vertex that is allowed over a window [m]
+    longest : simulated time of this call after which no further step begins [s]
+    ratio : limit of the kinetic energy in a window, relative to the largest in this call so far [1]
+    drift : limit of the displacement of a vertex over a window [m]
     window : length of a window [s]; extended to three steps if it is shorter
 
     Raises InvalidInput unless these values are positive and finite.
