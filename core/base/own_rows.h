@@ -1,6 +1,6 @@
 // Tables that store a contiguous range of the rows of a whole table. Rows are addressed by their
 // indices in the whole table. In such tables, a rank stores its own rows of forces and of the
-// vectors of the linear solve.
+// right-hand side of the linear solve.
 #pragma once
 
 #include <utility>

@@ -19,11 +19,11 @@ namespace loomstone {
 namespace {
 
 // The friction limit of a contact is the friction coefficient times the normal force. The limits
-// are updated when the residual has fallen to the fraction `roughly_known` of its initial value or
-// to the tolerance, whichever is larger. If the residual after an update exceeds `limit_tolerance`
-// times its scale (see iterate_to_tolerance()), another update follows when the residual has fallen
-// to the tolerance. A residual that is accepted as a rounding error (see rounding_tolerance) counts
-// as having fallen far enough. There are at most `most_updates` updates.
+// are first updated when the residual has fallen to the fraction `roughly_known` of its initial
+// value or to the tolerance, whichever is larger. If the residual after an update exceeds
+// `limit_tolerance` times its scale (see iterate_to_tolerance()), another update follows when the
+// residual has fallen to the tolerance. A residual that is accepted as a rounding error (see
+// rounding_tolerance) counts as having fallen far enough. There are at most `most_updates` updates.
 constexpr double roughly_known = 0.1, limit_tolerance = 0.02;
 constexpr int most_updates = 8;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.

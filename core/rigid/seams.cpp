@@ -14,7 +14,7 @@ struct BallContact {
   int point;
   btVector3 normal, on_other;  // the normal points to the sphere
   btScalar gap;                // 0 for overlaps [m]
-  btVector3 other_motion;      // motion of the other object at the contact in the step [m]
+  btVector3 other_motion;      // of the other object at the contact, in a step without contacts [m]
 };
 
 const btRigidBody& first(const btPersistentManifold& manifold) {

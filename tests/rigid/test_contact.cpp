@@ -88,8 +88,8 @@ TEST_CASE("a dropped body comes to rest on the floor at its own height") {
 
 namespace {
 
-// Returns a crate of 0.3 x 0.2 x 0.2 m with walls of 10 mm that is open at the top. Its centre of
-// mass lies below the middle of its bounding box.
+// Returns a crate of 0.3 x 0.2 x 0.2 m, open at the top, with walls of 10 mm. Its centre of mass
+// lies below the middle of its bounding box.
 TriangleMesh open_crate() {
   Points vertices(16, 3);
   for (int k = 0; k < 8; ++k) {

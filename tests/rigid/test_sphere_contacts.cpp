@@ -1,5 +1,5 @@
 // Tests of contacts of spheres. A check for overlap would find the contacts of fast spheres too
-// late, so features in the path of a sphere are contacts, too.
+// late, so features in the path of a sphere count as contacts before they overlap it.
 #include <catch2/catch.hpp>
 
 #include <array>

@@ -53,7 +53,8 @@ ContactTotals joined(const std::vector<ContactTotals>& parts);
 // Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with one
 // of the rows of this rank (`rows`). If such a contact is between a vertex and a face, the rank
 // keeps all contacts of this vertex with faces, because these contacts divide their force among
-// themselves. The rank of row 0 also keeps contacts without a vertex that moves with a row.
+// themselves. The rank of row 0 also keeps contacts without a vertex that moves with a row
+// (see VertexRows).
 class ContactSelection {
  public:
   ContactSelection(const CollisionModel& model, IndexRange rows);

@@ -43,9 +43,9 @@ struct ContactInputs {
   double step;                 // length h of the step [s]
   Index n_cloth;               // number of cloth vertices; rows of bodies follow
   const Vector& inverse_mass;  // (n) inverse masses of free cloth vertices, else 0 [1/kg]
-  // (n_cloth x 3) Elastic and external forces on cloth at the start and, on cloths that bodies
-  // load, a fraction of the forces of limit phases [N]. 0 rows: contacts are not stiffened; see
-  // contact_stiffness().
+  // (n_cloth x 3) Elastic and external forces on cloth at the start [N]. On cloths that bodies
+  // load, they include a fraction of the forces of limit phases. If there are 0 rows, contacts are
+  // not stiffened; see contact_stiffness().
   const Points& forces;
   // Rows of the solve for which terms are made. Contacts that act on none of them have no term.
   IndexRange rows = all_indices;

@@ -74,10 +74,10 @@ class SoftPanels final : public SoftShape {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
   // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
-  // which varies as rapidly as H. Only the finest grid carries this charge. A panel carries its
-  // mean, and the samples of the panel carry the deviations from the mean. In place of a bisected
-  // panel, its parts carry the charge. The rest of the charge is due to the charge on other faces.
-  // This rest is smooth and stays on the panels of all grids.
+  // which varies as rapidly as H. Only the finest grid carries this charge. A panel carries
+  // the mean of this charge over the panel, and its samples carry the deviations from that mean. In
+  // place of a bisected panel, its parts carry the charge. The rest of the charge is due to the
+  // charge on other faces. This rest is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;

@@ -66,7 +66,7 @@ def time_of_frame(index: int, rate: float, time: float) -> float:
 def told_of_part_frame(duration: float, rate: float) -> str:
     """Returns a message if a duration is not a whole number of frames, or else an empty string.
 
-    A positive duration that counts as 0 frames also gets a message.
+    A positive duration that is rounded to 0 intervals between frames also gets a message.
     """
     whole = frame_count(duration, rate) - 1
     if _whole(duration * rate) and (whole > 0 or duration == 0):

@@ -45,7 +45,7 @@ def simulation(bodies, step, magnets=False, obstacles=(), **scene):
 @pytest.mark.parametrize("magnets", [False, True])
 @pytest.mark.parametrize("radius", [0.001, 0.005])
 def test_small_fast_balls_keep_their_restitution(radius, magnets):
-    # The ball with a radius of 1 mm moves by four radii in a step.
+    # Just before the impact, the ball with a radius of 1 mm moves by four radii in a step.
     for offset in np.arange(8) * 0.0011:
         height = 0.8 + offset
         sim = simulation([ball(0.9, radius + height, radius)], 1e-3, magnets, [ls.floor()])
