@@ -1,8 +1,8 @@
 """Tables from the declarations in the sources: the directives `fields` and `columns`.
 
-`fields` lists the parameters of a description; its argument is the name of a class of loomstone,
-such as ClothMaterial. `columns` lists the numbers of a StepReport. The texts come from fields() of
-the C++ structs. The bindings copy them to the docstrings of the properties.
+`fields` takes the name of a class of loomstone that declares its parameters, such as ClothMaterial,
+and lists these parameters. `columns` lists the numbers of a StepReport. The texts come from
+fields() of the C++ structs. The bindings copy them to the docstrings of the properties.
 """
 
 from __future__ import annotations

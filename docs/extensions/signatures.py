@@ -1,7 +1,7 @@
 """Takes the signatures of the compiled module from its stub, _core.pyi, for autodoc.
 
-Types are shown in a short form. Classes get an attribute __signature__, because autodoc emits the
-event autodoc-process-signature only for objects that already have a signature.
+Types are shown in a short form. Classes get an attribute __signature__, because handlers of the
+event autodoc-process-signature can only replace a signature that autodoc has found.
 """
 
 from __future__ import annotations

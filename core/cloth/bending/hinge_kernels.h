@@ -60,8 +60,9 @@ inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots 
 struct Tables {
   const Index* hinges;      // (batches x 9 x 8) hinges of triangles
   const double* curvature;  // (batches x 9 x 3 x 8) C, the curvature per hinge angle [1/m]
-  // (batches x 7 x 8) Entries 00 01 02 11 12 22 of W, the rest area times the condensed rigidity of
-  // midedge_setup.h [N m^3], and then the damping time beta [s].
+  // (batches x 7 x 8) Entries 00 01 02 11 12 22 of the matrix W [N m^3], followed by the damping
+  // time beta [s]. W is Element::rigidity (midedge_setup.h), the rest area times the condensed
+  // rigidity.
   const double* rigidity;
 };
 
