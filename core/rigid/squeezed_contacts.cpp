@@ -4,15 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "core/rigid/step_motion.h"
+
 namespace loomstone {
 
 namespace {
 
-// Stiffness of a contact divided by the width of the body [Pa]. Our choice: a cube of an elastic
-// modulus of 100 MPa (hard rubber, soft plastics) has this stiffness.
+// Stiffness of a contact point divided by the width of the body [Pa]. Our choice: the four contact
+// points on a side of a cube then have the stiffness of a cube of 200 MPa (soft plastics).
 constexpr btScalar modulus = 1e8;
 // Overlap that counts as rounding, as a fraction of the width of the body.
-constexpr btScalar rounding = 3e-4;
+constexpr btScalar rounding = 1e-4;
 // Largest overlap that counts as squeezed, in the same unit. Our choice: bodies that overlap more
 // have partly passed a surface.
 constexpr btScalar deepest_squeeze = 0.2;
@@ -33,13 +35,12 @@ struct ContactSide {
 // Contacts of a body with nearly equal normals.
 struct ContactGroup {
   int body;
-  btVector3 normal;  // of the first contact
-  btVector3 sum;     // of the contact points
-  int count;
-  std::vector<int> opposites;  // groups on the opposite side of the body
-  btScalar depth = -infinite;  // of the deepest held contact [m]
-
-  btVector3 centre() const { return sum / count; }
+  btVector3 normal;                    // of the first contact
+  btScalar friction = infinite;        // smallest friction coefficient [1]
+  btScalar depth = -infinite;          // of the deepest held contact [m]
+  btVector3 centre = {0.0, 0.0, 0.0};  // centre of pressure of springs in the contacts [m]
+  btScalar weight = 0.0;
+  std::vector<int> opposites = {};  // groups on the opposite side of the body
 };
 
 // The contacts of a solver. Depths are overlaps, negative for gaps [m]. A contact is held if each
@@ -76,7 +77,7 @@ class ContactNetwork {
   }
   // Returns the distance between a group and the one on the opposite side [m].
   btScalar width(const ContactSide& side, const ContactGroup& other) const {
-    return std::abs(side.normal.dot(groups_[side.group].centre() - other.centre()));
+    return std::abs(side.normal.dot(groups_[side.group].centre - other.centre));
   }
 
  private:
@@ -95,12 +96,20 @@ class ContactNetwork {
       if (first < groups_.size() && groups_[first].body != side.body) first = groups_.size();
       std::size_t g = first;
       while (g < groups_.size() && groups_[g].normal.dot(side.normal) < parallel) ++g;
-      if (g == groups_.size())
-        groups_.push_back({side.body, side.normal, btVector3(0, 0, 0), 0, {}});
-      groups_[g].sum += side.point;
-      ++groups_[g].count;
+      if (g == groups_.size()) groups_.push_back({side.body, side.normal});
+      groups_[g].friction = std::min(groups_[g].friction, point_of(side.row).m_combinedFriction);
+      groups_[g].depth = std::max(groups_[g].depth, depths_[side.row]);
       side.group = static_cast<int>(g);
     }
+    for (const ContactSide& side : sides_) {
+      ContactGroup& group = groups_[side.group];
+      const btRigidBody& body = *contacts_.bodies[side.body].m_originalBody;
+      const btScalar room = rounding * 2.0 * inner_radius(*body.getCollisionShape());
+      const btScalar weight =
+          std::max(depths_[side.row] - std::min(group.depth, btScalar(0)) + room, btScalar(0));
+      group.centre += weight * side.point, group.weight += weight;
+    }
+    for (ContactGroup& group : groups_) group.centre /= group.weight;
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (std::size_t h = g + 1; h < groups_.size() && groups_[h].body == groups_[g].body; ++h)
         if (are_opposite(groups_[g], groups_[h])) {
@@ -108,13 +117,16 @@ class ContactNetwork {
           groups_[h].opposites.push_back(static_cast<int>(g));
         }
   }
-  // Contacts that are farther apart along the surface than across the body turn it instead of
-  // squeezing it.
+  // Two groups squeeze a body if the line between them lies in both cones of friction. Otherwise,
+  // they turn the body or push it out. The tolerance of the cones is that of parallel normals.
   static bool are_opposite(const ContactGroup& a, const ContactGroup& b) {
-    const btVector3 apart = a.centre() - b.centre();
-    const btScalar across = a.normal.dot(apart);
-    return a.normal.dot(b.normal) < opposite && across < 0.0 &&
-           apart.length2() < 2.0 * across * across;
+    const btVector3 line = b.centre - a.centre;
+    const btScalar slope = std::min(a.friction, b.friction) + std::sqrt(1.0 - parallel * parallel);
+    const auto in_cone = [&](btScalar along) {
+      return along > 0.0 && line.length2() <= (1.0 + slope * slope) * along * along;
+    };
+    return a.normal.dot(b.normal) < opposite && in_cone(a.normal.dot(line)) &&
+           in_cone(-b.normal.dot(line));
   }
 
   // Marks contacts that one of their bodies does not hold. Returns whether there were any.
@@ -174,9 +186,9 @@ std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar ste
   }
   std::vector<btScalar> impulses(n, 0.0);
   for (int i = 0; i < n; ++i) {
-    if (means[i] <= 0.0 || deepest[i] > deepest_squeeze * widths[i]) continue;
-    impulses[i] =
-        modulus * widths[i] * std::max(means[i] - rounding * widths[i], btScalar(0)) * step;
+    const btScalar squeeze = means[i] - rounding * widths[i];
+    if (means[i] == 0.0 || squeeze <= 0.0 || deepest[i] > deepest_squeeze * widths[i]) continue;
+    impulses[i] = modulus * widths[i] * squeeze * step;
     if (const btScalar depth = network.depth(i); depth > 0.0)
       contacts.rows[i].m_rhsPenetration *= std::max(depth - means[i], btScalar(0)) / depth;
   }
