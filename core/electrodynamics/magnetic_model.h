@@ -108,8 +108,8 @@ void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start
 
 // Returns the coordinate of `point` along the moment of a hard magnet on the carrier, relative to
 // the position of the magnet and divided by the radius of the magnet's bounding sphere. `point` is
-// given in the same frame as CarriedMagnet::local. Magnets with zero moment do not count. Of the
-// others, the magnet with the smallest ratio of distance to this radius is chosen. The result is
+// given in the same frame as CarriedMagnet::local. Magnets with zero moment do not count. The
+// function chooses the magnet with the smallest ratio of distance to this radius. The result is
 // positive on the side of the north pole and negative on the side of the south pole. It is 0 if all
 // ratios are at least 1.3. Dipoles without extent have the ratio 1 at any distance.
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point);

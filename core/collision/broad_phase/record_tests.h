@@ -15,8 +15,8 @@ using FirstTests = std::function<std::vector<NodeTest>(int rank)>;
 // Performs all tests of a search that is divided among `n_ranks` ranks, by calls of `perform`.
 // Writes to `tests` the tree of these tests, their costs, and the time that each rank needs to find
 // its first tests. If `tests` is not empty, it must contain an earlier record of the same search.
-// Of each cost and time, the smaller of the old and the new value is then kept, to reduce the
-// influence of other programs.
+// Each cost and time is then the smaller of its old and its new value, to reduce the influence of
+// other programs.
 void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests);
 

@@ -116,7 +116,7 @@ class Reduction {
     Indices others;
     for (const std::size_t k : all_)
       if (std::ranges::find(chosen, k) == chosen.end()) others.push_back(k);
-    // Of several contacts that are about equally far away, largest() chooses the first. Sorting
+    // If several contacts are about equally far away, largest() chooses the first one. Sorting
     // makes this the one with the smallest gap.
     std::ranges::stable_sort(others, {}, [&](std::size_t k) { return contacts_[k].gap; });
     while (chosen.size() < most_kept) {
