@@ -56,11 +56,8 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
 // Returns the corners of a box in the body frame, whose axes are the columns of `principal`.
 // `offset` is the position of the middle of the box relative to the centre of mass.
 std::vector<Vec3> box_corners(const Vec3& half, const Vec3& offset, const Mat3& principal) {
-  std::vector<Vec3> corners;
-  for (int k = 0; k < 8; ++k) {
-    const Vec3 signs(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
-    corners.push_back(principal.transpose() * (offset + half.cwiseProduct(signs)));
-  }
+  std::vector<Vec3> corners = box_polyhedron(half).points;
+  for (Vec3& corner : corners) corner = principal.transpose() * (offset + corner);
   return corners;
 }
 
