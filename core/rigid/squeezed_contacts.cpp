@@ -39,8 +39,8 @@ struct ContactGroup {
   btScalar friction = infinite;        // smallest friction coefficient [1]
   btScalar depth = -infinite;          // of the deepest held contact [m]
   btVector3 centre = {0.0, 0.0, 0.0};  // centre of pressure of springs in the contacts [m]
-  btScalar weight = 0.0;
-  std::vector<int> opposites = {};  // groups on the opposite side of the body
+  btScalar weight = 0.0;               // sum of the weights of the points in this centre [m]
+  std::vector<int> opposites = {};     // groups on the opposite side of the body
 };
 
 // The contacts of a solver. Depths are overlaps, negative for gaps [m]. A contact is held if each
@@ -175,19 +175,21 @@ std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar ste
   const ContactNetwork network(contacts);
   // For each contact: the mean of its depth and that of the deepest opposite contact, the larger of
   // the two, and the width of the body (smallest mean and width, and largest depth, of its bodies).
-  std::vector<btScalar> means(n, 0.0), deepest(n, 0.0), widths(n, infinite);
+  // Infinite widths: the contact is not held.
+  std::vector<btScalar> means(n, infinite), deepest(n, 0.0), widths(n, infinite);
   for (const ContactSide& side : network.sides()) {
     if (!network.held(side.row)) continue;
     const ContactGroup& other = *network.deepest_opposite(side);
     const btScalar depth = network.depth(side.row), mean = 0.5 * (depth + other.depth);
-    means[side.row] = widths[side.row] == infinite ? mean : std::min(means[side.row], mean);
+    means[side.row] = std::min(means[side.row], mean);
     deepest[side.row] = std::max({deepest[side.row], depth, other.depth});
     widths[side.row] = std::min(widths[side.row], network.width(side, other));
   }
   std::vector<btScalar> impulses(n, 0.0);
   for (int i = 0; i < n; ++i) {
+    if (widths[i] == infinite) continue;
     const btScalar squeeze = means[i] - rounding * widths[i];
-    if (means[i] == 0.0 || squeeze <= 0.0 || deepest[i] > deepest_squeeze * widths[i]) continue;
+    if (squeeze <= 0.0 || deepest[i] > deepest_squeeze * widths[i]) continue;
     impulses[i] = modulus * widths[i] * squeeze * step;
     if (const btScalar depth = network.depth(i); depth > 0.0)
       contacts.rows[i].m_rhsPenetration *= std::max(depth - means[i], btScalar(0)) / depth;
