@@ -14,20 +14,20 @@ constexpr double side = 0.05, lift = 0.3;                                       
 constexpr double lift_time = 0.3;                                               // [s]
 constexpr double closed_at = 0.2, lifted_at = 0.6, opened_at = 0.8, end = 1.4;  // [s]
 
-// Two jaws close on a body of length `side`, lift it, and open again. When they are closed, the
-// distance between them is shorter than the body by `squeeze` [m].
+// Two jaws close on bodies whose widths are `width` together [m], lift them, and open again. When
+// the jaws are closed, the distance between them is shorter than `width` by `squeeze` [m].
 struct Gripper {
-  double squeeze;
+  double width, squeeze;
 
   std::vector<RigidPose> at(double time) const {
     const double apart = 0.2 * side;
-    double gap = side + apart;
+    double gap = width + apart;
     if (time < closed_at)
-      gap = std::lerp(side + apart, side - squeeze, time / closed_at);
+      gap = std::lerp(width + apart, width - squeeze, time / closed_at);
     else if (time < lifted_at)
-      gap = side - squeeze;
+      gap = width - squeeze;
     else if (time < opened_at)
-      gap = std::lerp(side - squeeze, side + apart, (time - lifted_at) / (opened_at - lifted_at));
+      gap = std::lerp(width - squeeze, width + apart, (time - lifted_at) / (opened_at - lifted_at));
     const double height = 0.5 * side + lift * std::clamp((time - closed_at) / lift_time, 0.0, 1.0);
     const double place = 0.5 * (gap + side);
     return {RigidPose{},
@@ -36,8 +36,13 @@ struct Gripper {
   }
 };
 
-RigidObstacle jaw(double friction) {
-  return {shared(box(side, side, side)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+// Returns a floor and the two jaws before they close.
+std::vector<RigidObstacle> floor_and_jaws(const Gripper& gripper, double friction) {
+  std::vector<RigidObstacle> obstacles{floor_of(1.0, 1)};
+  for (const int jaw : {1, 2})
+    obstacles.push_back({shared(box(side, side, side)), friction, gripper.at(0.0)[jaw].position,
+                         Vec4(1, 0, 0, 0), Points(0, 3)});
+  return obstacles;
 }
 
 struct Lifted {
@@ -47,12 +52,9 @@ struct Lifted {
 };
 
 Lifted lift_body(RigidBody body, double squeeze, double friction, double step) {
-  const Gripper gripper{squeeze};
+  const Gripper gripper{side, squeeze};
   body.position = Vec3(1e-4 * side, 0, 0.5 * side), body.friction = friction;
-  std::vector<RigidObstacle> obstacles{floor_of(1.0, 1), jaw(friction), jaw(friction)};
-  const std::vector<RigidPose> start = gripper.at(0.0);
-  for (std::size_t i = 1; i < 3; ++i) obstacles[i].position = start[i].position;
-  RigidWorld world({body}, obstacles, gravity);
+  RigidWorld world({body}, floor_and_jaws(gripper, friction), gravity);
   RigidState state = world.initial_state();
   const Points none = Points::Zero(1, 3);
   Lifted result{};
@@ -88,27 +90,18 @@ TEST_CASE("jaws hold a row of bodies") {
   const double step = GENERATE(1e-3, 4e-3, 1e-2), squeeze = GENERATE(1e-3, 0.02) * side;
   CAPTURE(step, squeeze);
   constexpr int n = 3;
-  const auto poses_at = [&](double time) {
-    const double gap = n * side - squeeze * std::min(time / closed_at, 1.0);
-    const double height = 0.5 * side + lift * std::clamp((time - closed_at) / lift_time, 0.0, 1.0);
-    const double place = 0.5 * (gap + side);
-    return std::vector<RigidPose>{RigidPose{},
-                                  {Vec3(place, 0, height), Vec4(1, 0, 0, 0)},
-                                  {Vec3(-place, 0, height), Vec4(1, 0, 0, 0)}};
-  };
+  const Gripper gripper{n * side, squeeze};
   std::vector<RigidBody> bodies;
   for (int i = 0; i < n; ++i) {
     bodies.push_back(
         body_of(box(side, side, side), "box", Vec3((i - 0.5 * (n - 1)) * side, 0, 0.5 * side)));
     bodies.back().friction = 0.8;
   }
-  std::vector<RigidObstacle> obstacles{floor_of(1.0, 1), jaw(0.8), jaw(0.8)};
-  for (std::size_t i = 1; i < 3; ++i) obstacles[i].position = poses_at(0.0)[i].position;
-  RigidWorld world(bodies, obstacles, gravity);
+  RigidWorld world(bodies, floor_and_jaws(gripper, 0.8), gravity);
   RigidState state = world.initial_state();
   const Points none = Points::Zero(n, 3);
   for (int i = 1; i * step < lifted_at; ++i)
-    world.advance(step, {none, none}, poses_at(i * step), state);
+    world.advance(step, {none, none}, gripper.at(i * step), state);
   for (int i = 0; i < n; ++i)
     CHECK(std::abs(state.positions(i, 2) - 0.5 * side - lift) < 0.01 * lift);
 }
