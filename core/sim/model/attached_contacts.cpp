@@ -110,16 +110,18 @@ void build_attached_contacts(const State& state, Model& model) {
   Points x;
   collision_vertices(model, state, x);
   std::vector<AttachedTo> attached(collision.n_vertices);
+  std::vector<double> least(collision.n_vertices, std::numeric_limits<double>::infinity());
   const AttachedGaps found(model, x);
   for (const AttachedGap& each : found.gaps()) {
-    const double distance = share_of_start * each.gap;
     AttachedTo& of_vertex = attached[each.vertex];
+    if (of_vertex.surface >= 0 && least[each.vertex] <= each.gap) continue;
+    const double distance = share_of_start * each.gap;
     const double usual =
         0.5 * (collision.surfaces[each.surface].thickness +
                collision.surfaces[collision.surface_of_vertex(each.vertex)].thickness);
-    if (of_vertex.surface >= 0 && of_vertex.distance <= distance) continue;
     of_vertex = {each.surface,
                  distance < least_floors * collision.gap_floor ? 0.0 : std::min(distance, usual)};
+    least[each.vertex] = each.gap;
   }
   collision.attached = std::move(attached);
 }
