@@ -88,9 +88,10 @@ RetractedMotion retracted_motion(const CollisionModel& model, const Tangle& tang
                           double force) {
       for (const Index v : vertices) {
         const Vec3 place = x.row(v).transpose();
-        const Vec3 acceleration = force * surface.response(place, each.point, along);
-        motion.acceleration.row(v) += acceleration.transpose();
-        motion.velocity.row(v) = (surface.velocity_at(place) + step * acceleration).transpose();
+        motion.acceleration.row(v) +=
+            force * surface.response(place, each.point, along).transpose();
+        motion.velocity.row(v) =
+            surface.velocity_at(place).transpose() + step * motion.acceleration.row(v);
       }
     };
     push(inner, each.inner, change / response);

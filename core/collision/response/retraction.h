@@ -14,9 +14,8 @@ struct RetractedMotion {
   Points acceleration{0, 3};  // (n x 3) acceleration of each vertex [m/s^2]
   // (n x 3) Velocity of each vertex [m/s]. For a vertex of one of the two surfaces of a retraction,
   // it is the velocity that the vertex would have at the end of the step if the surface were rigid
-  // or, if the surface does not accelerate, the mean velocity of the surface. If a surface takes
-  // part in several retractions, the last one counts. For all other vertices, and if neither of the
-  // two surfaces accelerates, it is the given velocity.
+  // or, if the surface does not accelerate, the mean velocity of the surface. For all other
+  // vertices, and if neither of the two surfaces accelerates, it is the given velocity.
   Points velocity{0, 3};
 };
 

@@ -222,6 +222,23 @@ TEST_CASE("surfaces retract without changing momentum and angular momentum") {
   }
 }
 
+TEST_CASE("a surface that takes part in several retractions moves with their sum") {
+  const TriangleMesh flat = grid_cells(0.2, 0.2, 15, 15);
+  const auto tilted = [&](double x, double degrees) {
+    const Mat3 turn =
+        Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, Vec3::UnitY()).toRotationMatrix();
+    return flat.moved(Vec3(x, 0.0031, 0.01), turn);
+  };
+  const TestScene scene = make_scene({{flat}, {tilted(0.05, 70.0)}, {tilted(-0.06, 110.0)}});
+  const Tangle tangle = TangleFinder(scene.model).find(scene.x);
+  REQUIRE(tangle.retractions.size() == 2);
+  const double step = 1e-3;
+  const Points still = Points::Zero(scene.model.n_vertices, 3);
+  const RetractedMotion motion =
+      retracted_motion(scene.model, tangle, scene.inverse_mass, scene.x, still, step);
+  CHECK((motion.velocity - step * motion.acceleration).norm() == 0.0);
+}
+
 TEST_CASE("a cloth with a board through its middle is not pulled to both sides") {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 15, 15);
   const TriangleMesh board = box(0.003, 0.3, 0.3);
