@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import os
 import platform
 import sys
@@ -19,6 +18,8 @@ def show_versions() -> None:
     Also prints the platform, the number of processors, whether the MPI plug-in is present, and how
     threads wait.
     """
+    from importlib import metadata  # a late import, because it loads slowly
+
     print(f"loomstone {_core.__version__}")
     print(f"python {sys.version.split()[0]} on {platform.platform()}")
     packages = [
@@ -36,8 +37,8 @@ def show_versions() -> None:
     ]
     for package in packages:
         try:
-            print(f"{package} {importlib.metadata.version(package)}")
-        except importlib.metadata.PackageNotFoundError:
+            print(f"{package} {metadata.version(package)}")
+        except metadata.PackageNotFoundError:
             print(f"{package} not installed")
     plugin = os.path.join(os.path.dirname(_core.__file__), "libloomstone_mpi.so")
     print(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -166,7 +165,9 @@ def _draw_in_parallel(
     told: Callable[[int], None],
 ) -> None:
     prepared = {"initializer": _prepare, "initargs": (run, settings)}
-    with multiprocessing.get_context("spawn").Pool(jobs, **prepared) as pool:  # type: ignore[arg-type]
+    from multiprocessing import get_context  # a late import, because few commands need it
+
+    with get_context("spawn").Pool(jobs, **prepared) as pool:  # type: ignore[arg-type]
         for _ in pool.imap_unordered(_draw, missing):
             told(1)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone.runs import progress
+from loomstone.runs import progress_lines
 from loomstone.runs.scene_file import SceneFile
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -270,7 +270,7 @@ def test_broken_limits_are_named_the_worst_first_and_in_a_table(tmp_path, capsys
     assert report["steps_with_broken_limits"] > 5 and report["largest_excess"] == pytest.approx(
         last.limits.weft_excess, rel=0.1
     )
-    strained = progress.overstrained(last)
+    strained = progress_lines.overstrained(last)
     assert (
         f"{last.limits.broken} triangles exceed their strain limits" in strained
         and f"triangle {last.limits.worst_element}" in strained

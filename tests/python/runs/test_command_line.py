@@ -13,7 +13,7 @@ from loomstone import cli
 from loomstone.cli.estimate import memory_of, memory_text
 from loomstone.cli.options import one_of
 from loomstone.cli.scenes import scene_files
-from loomstone.runs import progress
+from loomstone.runs import progress_lines
 from loomstone.runs.execution import execute
 from loomstone.runs.options import RunOptions
 from loomstone.runs.scene_file import SceneFile
@@ -254,8 +254,8 @@ def test_memory_is_estimated_from_the_sizes_of_a_scene(monkeypatch):
 
 
 def test_a_frame_that_takes_long_shows_signs_of_life(monkeypatch, capsys):
-    monkeypatch.setattr(progress, "LONGEST_SILENCE", -1.0)
-    lines = progress.Lines()
+    monkeypatch.setattr(progress_lines, "LONGEST_SILENCE", -1.0)
+    lines = progress_lines.Lines()
     lines.start(2, 0)
     lines.step(ls.StepReport())
     assert capsys.readouterr().out.startswith("step 0  t 0.000 s")
@@ -264,7 +264,7 @@ def test_a_frame_that_takes_long_shows_signs_of_life(monkeypatch, capsys):
 def test_progress_shows_the_times_of_frames(tmp_path, capsys):
     sim = simulation()
     options = RunOptions(duration=0.1, rate=30.0)  # a frame every 33 ms, between steps of 4 ms
-    execute(sim, options, tmp_path, observer=progress.Lines())
+    execute(sim, options, tmp_path, observer=progress_lines.Lines())
     lines = capsys.readouterr().out.splitlines()
     shown = [line.split("  ")[:2] for line in lines if line.startswith("frame")]
     assert shown == [[f"frame {k + 1}/4", f"t {k / 30:.3f} s"] for k in range(4)]
