@@ -139,6 +139,7 @@ class SoftPanels final : public SoftShape {
   }
   double susceptibility() const override { return susceptibility_; }
   SoftShapePtr with_susceptibility(double susceptibility) const override {
+    if (susceptibility == susceptibility_) return std::make_shared<SoftPanels>(*this);
     return std::make_shared<SoftPanels>(form_, susceptibility);
   }
 
@@ -159,7 +160,7 @@ class SoftPanels final : public SoftShape {
 
   std::shared_ptr<const PanelForm> form_;
   double susceptibility_;
-  std::vector<std::unique_ptr<BoundaryElements::Factors>> factors_;
+  std::vector<std::shared_ptr<const BoundaryElements::Factors>> factors_;
 };
 
 SoftShapePtr panels_of(PanelForm form, double susceptibility) {

@@ -62,7 +62,7 @@ def sample():
         radius = 0.5 * np.linalg.norm(size)
         tried = [cells for cells in CELLS if cells < most - 4 or cells == 16]
         shapes = {
-            cells: M.soft_cuboid(size=size, susceptibility=1.0, cells=cells)
+            cells: M.soft_cuboid(size=size, susceptibility=susceptibilities[0], cells=cells)
             for cells in [*tried, most]
         }
         for chi in susceptibilities:
