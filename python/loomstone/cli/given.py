@@ -13,7 +13,11 @@ __all__ = ["check_decomposition", "check_given", "integrator_of"]
 
 
 def check_given(
-    *, duration: float | None, rate: float | None, step: str | None, integrator: str | None
+    *,
+    duration: float | None,
+    rate: float | None = None,
+    step: str | None = None,
+    integrator: str | None = None,
 ) -> None:
     """Raises WrongCommand for values that no scene allows; None stands for the scene's value."""
     with command_line():

@@ -26,7 +26,7 @@ from ..runs.signals import Interrupted
 from ..runs.stored_scene import StoredScene, begun_in_python
 from ..runs.writer import check_room
 from ..simulation import Simulation
-from .application import app, command_line, session
+from .application import WrongCommand, app, command_line, session
 from .estimate import memory_text
 from .given import check_decomposition, check_given, integrator_of
 from .inspection import report_text
@@ -49,6 +49,10 @@ from .words import Words
 
 Duration = Annotated[
     float | None, typer.Option(help="simulated time [s]; default: that of the scene file")
+]
+LongerDuration = Annotated[
+    float | None,
+    typer.Option("--duration", help="longer simulated time [s], which extends the run"),
 ]
 Rate = Annotated[
     float | None,
@@ -139,6 +143,7 @@ def run(
 @app.command()
 def resume(
     run: RunArgument,
+    duration: LongerDuration = None,
     threads: Threads = 0,
     decomposition: StoredDecomposition = None,
     record_tasks: StoredRecordTasks = None,
@@ -147,10 +152,11 @@ def resume(
     as_json: AsJson = False,
     trust: Trust = False,
 ) -> None:
-    """Continues a run that was interrupted or killed, with a bit-identical result.
+    """Continues a run that was interrupted or killed, or extends one, with a bit-identical result.
 
     Scene, parameters and options are those with which the run began, unless other options are
     given here. The number of ranks may differ.
+    --duration extends a run, finished or not, to a longer simulated time.
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
 
@@ -159,12 +165,13 @@ def resume(
     do anything that you can do.
 
     \b
-        loomstone resume out/drape
+        loomstone resume out/drape --duration 2
     """
     with (
         session() as communicator,
         Words(communicator.rank, quiet=quiet, as_json=as_json) as words,
     ):
+        check_given(duration=duration)
         if decomposition is not None:
             check_decomposition(decomposition)
         if communicator.rank == 0:
@@ -176,7 +183,8 @@ def resume(
             file = StoredScene(run, kept)
         else:
             file = SceneFile.of_run(begun, trust=trust)
-        duration, rate, options, look = stored_options(begun)
+        before, rate, options, look = stored_options(begun)
+        duration = before if duration is None else _longer(duration, before, rate, words)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun
         if record_tasks is None:
@@ -188,6 +196,20 @@ def resume(
         _advance(
             _Task(file, options, settings, run, _Work(threads, decomposition)), communicator, words
         )
+
+
+def _longer(duration: float, before: float, rate: float, words: Words) -> float:
+    """Returns the duration [s] to which a run is extended.
+
+    Raises WrongCommand if it is less than before. Says so if it is not a whole number of frames.
+    """
+    if duration < before:
+        raise WrongCommand(
+            f"--duration must be at least that of the run, {before:g} s, got {duration:g} s"
+        )
+    if told := told_of_part_frame(duration, rate):
+        words.insist(told)
+    return duration
 
 
 @dataclass(frozen=True)

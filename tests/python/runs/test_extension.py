@@ -52,6 +52,31 @@ def test_an_interrupted_extension_has_no_report_and_is_resumed_to_its_end(
     assert report["digest"] == whole["digest"] and report["frames"] == 6
 
 
+@pytest.mark.parametrize("finished", [True, False])
+def test_the_command_line_extends_a_run(hanging, euler, loomstone, tmp_path, finished):
+    out = tmp_path / "run"
+    if finished:
+        made(hanging, euler).run(out=out, duration=0.08)
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            Interrupted(hanging, integrator=euler, threads=1).run(out=out, duration=0.16)
+    code, _ = loomstone("resume", out, "--duration", "0.2")
+    whole = made(hanging, euler).run(out=tmp_path / "whole", duration=0.2)
+    assert code == 0 and ls.Run(out).metadata["duration"] == 0.2
+    report = json.loads((out / "report.json").read_text())
+    assert report["digest"] == whole["digest"] and report["frames"] == 6
+
+
+def test_an_extension_shorter_than_the_run_is_refused(hanging, euler, loomstone, tmp_path):
+    out = tmp_path / "run"
+    made(hanging, euler).run(out=out, duration=0.08)
+    for given in ("0.04", "nan", "-1"):
+        code, said = loomstone("resume", out, "--duration", given)
+        assert code == 2 and "duration must be" in said.err
+    code, said = loomstone("resume", out, "--duration", "0.08")
+    assert code == 0 and len(ls.Run(out)) == 3
+
+
 def test_the_wall_time_of_a_run_survives_an_interrupted_extension(hanging, euler, tmp_path):
     out = tmp_path / "run"
     first = made(hanging, euler).run(out=out, duration=0.08)
