@@ -25,7 +25,7 @@ Place = Callable[[float], Floats]
 
 
 def placed_meshes(
-    path: Path, stage: Any, to_metres: Floats, first_code: float
+    path: Path, stage: Any, to_metres: Floats, codes: Floats
 ) -> tuple[list[tuple[Any, Place]], list[str]]:
     """Returns visible meshes with their places, and the visible shapes that are not meshes.
 
@@ -33,10 +33,10 @@ def placed_meshes(
     by its path and type, as one string.
 
     to_metres : (4 x 4) maps points (as rows) of the stage to metres with z up
-    first_code : first time code. A PointInstancer must have the same instances of each prototype at
-        all later time codes. Prototypes without instances at `first_code` are left out.
+    codes : ascending time codes. A PointInstancer must have the same instances of each prototype at
+        all of them. Prototypes without instances are left out.
     """
-    search = _Search(path, stage, first_code)
+    search = _Search(path, stage, codes)
 
     def place_of(prim: Any) -> Place:
         return lambda code: _world(prim, code)[None] @ to_metres
@@ -45,8 +45,8 @@ def placed_meshes(
 
 
 class _Search:
-    def __init__(self, path: Path, stage: Any, first_code: float) -> None:
-        self._path, self._stage, self._first_code = path, stage, first_code
+    def __init__(self, path: Path, stage: Any, codes: Floats) -> None:
+        self._path, self._stage, self._codes = path, stage, codes
         self._usd, self._geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
         self.left_out: list[str] = []  # paths and types of visible shapes that are not meshes
         self._anywhere = self._usd.PrimIsActive & self._usd.PrimIsLoaded  # includes overs, classes
@@ -96,10 +96,10 @@ class _Search:
         for number, target in enumerate(prototypes):
             prototype = self._stage.GetPrimAtPath(target)
             instances = _Instances(self._path, instancer, number, len(prototypes))
-            if not prototype or not instances.chosen(self._first_code).any():
+            if not prototype or not any(instances.chosen(code).any() for code in self._codes):
                 continue
             yield from self.below(
-                prototype, _in_prototype(prototype, instances, place, self._first_code)
+                prototype, _in_prototype(prototype, instances, place, self._codes[0])
             )
 
 

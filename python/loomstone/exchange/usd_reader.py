@@ -41,7 +41,7 @@ def read_usd(
         times = _times(path, stage, rate or per_second) if moving else np.zeros(1)
         codes = _first_code(stage) + per_second * times
         _bake_skins(path, stage, codes)
-        meshes, left_out = placed_meshes(path, stage, _to_metres(stage), float(codes[0]))
+        meshes, left_out = placed_meshes(path, stage, _to_metres(stage), codes)
         parts = [mesh_part(path, mesh, place, codes, with_uv=with_uv) for mesh, place in meshes]
     except tf.ErrorException as error:
         raise CacheError(f"{path}: cannot be read as USD: {_reason(error)}") from None

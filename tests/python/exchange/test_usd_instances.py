@@ -139,9 +139,15 @@ def vanishing(stage, many):
     many.GetInvisibleIdsAttr().Set([1], 1.0)
 
 
+def appearing(_, many):
+    many.CreateInvisibleIdsAttr().Set([1, 3], 0.0)
+    many.GetInvisibleIdsAttr().Set([], 1.0)
+
+
 @pytest.mark.parametrize(
     "change, said",
     [
+        (appearing, "/many: must keep its instances, but they change at time code 1"),
         (vanishing, "/many: must keep its instances, but they change at time code 1"),
         (lambda _, many: many.GetProtoIndicesAttr().Set([0, 2]), "protoIndices must be 0 to 1"),
         (lambda _, many: many.GetProtoIndicesAttr().Set([0, 1]), "a position for each of its 2"),
