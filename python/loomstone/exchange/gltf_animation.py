@@ -31,7 +31,7 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
     Omits channels without a node. The animations have the order of `names`. If several of the
     channels move the same property of a node, the caller must use the last one. Raises InvalidInput
     if the file has no animation or lacks a named one, if it has several and no name is given, or if
-    the keyframes of a channel are invalid.
+    a channel is invalid.
     """
     animations = file.content.animations
     known = [item.name or f"animation {i}" for i, item in enumerate(animations)]
@@ -92,6 +92,11 @@ def _channel(file: GltfFile, animation: object, channel: object) -> Channel:
     if target.path == "weights":
         mesh = file.item("meshes", node.mesh, "animated weights")
         values = values.reshape(-1, len(mesh.primitives[0].targets or []))
+    elif node.matrix is not None:
+        raise InvalidInput(
+            f"{file.path}: node {target.node} must not have a matrix, because an animation changes"
+            f" its {target.path}; export it with translation, rotation and scale"
+        )
     cubic = sampler.interpolation == "CUBICSPLINE"
     wanted = (3 if cubic else 1) * len(times)
     if not len(times) or len(values) != wanted:

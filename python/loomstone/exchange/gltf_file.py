@@ -129,11 +129,11 @@ def matrix(node: Any, changed: dict[str, Floats]) -> Floats:
     """Returns the transform (4 x 4) of a node relative to its parent.
 
     changed : animated values of "translation", "rotation" (x, y, z, w) and "scale", which replace
-        those of the node. If there are any, a `matrix` of the node is ignored.
+        those of the node; empty for a node with a `matrix`
     """
     from scipy.spatial.transform import Rotation
 
-    if node.matrix is not None and not changed:
+    if node.matrix is not None:
         return np.array(node.matrix, float).reshape(4, 4).T
     pose = np.eye(4)
     turn = changed.get("rotation", node.rotation)

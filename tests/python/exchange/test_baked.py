@@ -237,6 +237,12 @@ def cycle(made):
     made.nodes[2].children = [1]
 
 
+def matrix(made):
+    moved = made.nodes[made.animations[0].channels[0].target.node]
+    moved.matrix = [1.0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 1.0, 0, 0, 1.0, 0, 1.0]
+    moved.translation = None
+
+
 @pytest.mark.parametrize(
     "change, settings, said",
     [
@@ -248,6 +254,7 @@ def cycle(made):
         (lines, {}, "'Tube' must consist of triangles, got points or lines"),
         (one_key, {}, "the animation must last longer than 0 s, got one keyframe"),
         (cycle, {}, "a node must have one parent, got several or a cycle"),
+        (matrix, {}, "node 2 must not have a matrix, because an animation changes its rotation"),
         (
             lambda made: made.animations.clear(),
             {},
