@@ -56,6 +56,8 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
 def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """Writes a mesh in the format of the file's suffix. Formats other than OBJ and PLY need meshio.
 
+    Texture coordinates are written to OBJ and PLY only.
+
     Raises InvalidInput for an unknown suffix, Unsupported if meshio is missing, and CacheError if
     the file cannot be written.
     """
