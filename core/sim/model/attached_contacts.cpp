@@ -103,25 +103,26 @@ class AttachedGaps {
 // to a fraction of its distance at the start (share_of_start), because the contact would otherwise
 // push against the attachment. If this contact distance would be too small (least_floors), the
 // feature does not collide with the body. If a vertex is attached to several bodies, these rules
-// apply only to the closest of them.
+// apply only to the one whose contact distance they reduce most.
 void build_attached_contacts(const State& state, Model& model) {
   if (model.attachments.empty() || !model.scene.collisions) return;
   CollisionModel& collision = model.collision;
   Points x;
   collision_vertices(model, state, x);
   std::vector<AttachedTo> attached(collision.n_vertices);
+  // Smallest ratio of AttachedGap::gap and the usual contact distance [1].
   std::vector<double> least(collision.n_vertices, std::numeric_limits<double>::infinity());
   const AttachedGaps found(model, x);
   for (const AttachedGap& each : found.gaps()) {
     AttachedTo& of_vertex = attached[each.vertex];
-    if (of_vertex.surface >= 0 && least[each.vertex] <= each.gap) continue;
-    const double distance = share_of_start * each.gap;
     const double usual =
         0.5 * (collision.surfaces[each.surface].thickness +
                collision.surfaces[collision.surface_of_vertex(each.vertex)].thickness);
+    const double distance = share_of_start * each.gap, ratio = each.gap / usual;
+    if (of_vertex.surface >= 0 && least[each.vertex] <= ratio) continue;
     of_vertex = {each.surface,
                  distance < least_floors * collision.gap_floor ? 0.0 : std::min(distance, usual)};
-    least[each.vertex] = each.gap;
+    least[each.vertex] = ratio;
   }
   collision.attached = std::move(attached);
 }
