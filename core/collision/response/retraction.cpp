@@ -10,8 +10,9 @@ namespace {
 // The part that has passed through moves back relative to the other surface. Its speed is
 // sqrt(2 deceleration depth), where depth is Retraction::depth. From this speed, `deceleration`
 // would stop the part after the distance depth. The part reaches this speed with a relative
-// acceleration of at most `largest_acceleration`. Both constants are in m/s^2. Our choice: if half
-// of a sheet of 0.2 m has passed through, it comes back within 0.3 s.
+// acceleration of at most `largest_acceleration`. Several retractions of a surface add up, as if
+// each were alone. Both constants are in m/s^2. Our choice: if half of a sheet of 0.2 m has passed
+// through, it comes back within 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // A surface that is treated as a rigid body: its inertia, its motion, and its response to forces.

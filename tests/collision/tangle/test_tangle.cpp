@@ -233,10 +233,20 @@ TEST_CASE("a surface that takes part in several retractions moves with their sum
   const Tangle tangle = TangleFinder(scene.model).find(scene.x);
   REQUIRE(tangle.retractions.size() == 2);
   const double step = 1e-3;
-  const Points still = Points::Zero(scene.model.n_vertices, 3);
-  const RetractedMotion motion =
-      retracted_motion(scene.model, tangle, scene.inverse_mass, scene.x, still, step);
-  CHECK((motion.velocity - step * motion.acceleration).norm() == 0.0);
+  const Points steady = Vec3(0.1, -0.2, 0.05).transpose().replicate(scene.model.n_vertices, 1);
+  const auto motion = [&](std::vector<Retraction> retractions) {
+    Tangle part = tangle;
+    part.retractions = std::move(retractions);
+    return retracted_motion(scene.model, part, scene.inverse_mass, scene.x, steady, step);
+  };
+  const RetractedMotion both = motion(tangle.retractions), first = motion({tangle.retractions[0]}),
+                        second = motion({tangle.retractions[1]});
+  const Index flat_vertices = flat.n_vertices();
+  for (const RetractedMotion* alone : {&first, &second})
+    REQUIRE(alone->acceleration.topRows(flat_vertices).rowwise().norm().minCoeff() > 0.1);
+  const double size = both.acceleration.norm();
+  CHECK((both.acceleration - first.acceleration - second.acceleration).norm() < 1e-14 * size);
+  CHECK((both.velocity - steady - step * both.acceleration).norm() < 1e-12 * step * size);
 }
 
 TEST_CASE("a cloth with a board through its middle is not pulled to both sides") {
