@@ -11,13 +11,13 @@ from typing import Annotated, Any
 
 import typer
 
-from .._core import Communicator
+from .._core import Communicator, InvalidInput
 from ..integrators import METHODS, Integrator, step_text
 from ..pictures.directory import drawn_with
 from ..ranks import default_threads
 from ..runs.cache import Run
 from ..runs.execution import execute
-from ..runs.frame_times import told_of_part_frame
+from ..runs.frame_times import frame_count, told_of_part_frame
 from ..runs.lock import check_unlocked
 from ..runs.options import RunOptions
 from ..runs.parameters import given_parameters
@@ -26,7 +26,7 @@ from ..runs.signals import Interrupted
 from ..runs.stored_scene import StoredScene, begun_in_python
 from ..runs.writer import check_room
 from ..simulation import Simulation
-from .application import WrongCommand, app, command_line, session
+from .application import app, command_line, session
 from .estimate import memory_text
 from .given import check_decomposition, check_given, integrator_of
 from .inspection import report_text
@@ -201,15 +201,16 @@ def resume(
 def _longer(duration: float, before: float, rate: float, words: Words) -> float:
     """Returns the duration [s] to which a run is extended.
 
-    Raises WrongCommand if it is less than before. Says so if it is not a whole number of frames.
+    Raises InvalidInput if it has fewer frames than before. Says so if it is not a whole number of
+    frames.
     """
-    if duration < before:
-        raise WrongCommand(
-            f"--duration must be at least that of the run, {before:g} s, got {duration:g} s"
+    if frame_count(duration, rate) < frame_count(before, rate):
+        raise InvalidInput(
+            f"--duration must be at least that of the run, {before:.9g} s, got {duration:.9g} s"
         )
     if told := told_of_part_frame(duration, rate):
         words.insist(told)
-    return duration
+    return max(duration, before)
 
 
 @dataclass(frozen=True)

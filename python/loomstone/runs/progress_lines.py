@@ -1,4 +1,4 @@
-"""Progress of a run as plain lines, and the counts and warnings that every observer prints."""
+"""Progress of a run as plain lines, and what they have in common with the progress bar."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from loomstone import cli
 from loomstone.cli.estimate import memory_of, memory_text
 from loomstone.cli.options import one_of
 from loomstone.cli.scenes import scene_files
-from loomstone.runs import progress_lines
+from loomstone.runs import progress, progress_lines
 from loomstone.runs.execution import execute
 from loomstone.runs.options import RunOptions
 from loomstone.runs.scene_file import SceneFile
@@ -259,6 +259,19 @@ def test_a_frame_that_takes_long_shows_signs_of_life(monkeypatch, capsys):
     lines.start(2, 0)
     lines.step(ls.StepReport())
     assert capsys.readouterr().out.startswith("step 0  t 0.000 s")
+
+
+def test_a_terminal_gets_a_progress_bar(monkeypatch, capsys):
+    monkeypatch.delenv("OMPI_COMM_WORLD_SIZE", raising=False)
+    monkeypatch.delenv("PMI_SIZE", raising=False)
+    assert isinstance(progress.observer(), progress_lines.Lines)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    bar = progress.observer()
+    bar.start(2, 0)
+    bar.step(ls.StepReport())
+    bar.frame(0, simulation().frame())
+    bar.end()
+    assert "1/2" in capsys.readouterr().out
 
 
 def test_progress_shows_the_times_of_frames(tmp_path, capsys):

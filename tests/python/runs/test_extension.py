@@ -70,11 +70,12 @@ def test_the_command_line_extends_a_run(hanging, euler, loomstone, tmp_path, fin
 def test_an_extension_shorter_than_the_run_is_refused(hanging, euler, loomstone, tmp_path):
     out = tmp_path / "run"
     made(hanging, euler).run(out=out, duration=0.08)
-    for given in ("0.04", "nan", "-1"):
+    for given, wanted in (("0.04", 1), ("nan", 2), ("-1", 2)):
         code, said = loomstone("resume", out, "--duration", given)
-        assert code == 2 and "duration must be" in said.err
-    code, said = loomstone("resume", out, "--duration", "0.08")
-    assert code == 0 and len(ls.Run(out)) == 3
+        assert code == wanted and "duration must be" in said.err
+    for same in ("0.08", "0.07999999"):
+        code, _ = loomstone("resume", out, "--duration", same)
+        assert code == 0 and len(ls.Run(out)) == 3 and ls.Run(out).metadata["duration"] == 0.08
 
 
 def test_the_wall_time_of_a_run_survives_an_interrupted_extension(hanging, euler, tmp_path):
