@@ -184,7 +184,7 @@ def resume(
         else:
             file = SceneFile.of_run(begun, trust=trust)
         before, rate, options, look = stored_options(begun)
-        duration = before if duration is None else _longer(duration, before, rate, words)
+        duration = before if duration is None else _longer(duration, run, before, rate, words)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun
         if record_tasks is None:
@@ -198,12 +198,17 @@ def resume(
         )
 
 
-def _longer(duration: float, before: float, rate: float, words: Words) -> float:
-    """Returns the duration [s] to which a run is extended.
+def _longer(duration: float, run: Path, before: float, rate: float, words: Words) -> float:
+    """Returns the duration [s] to which the run in a directory is extended.
 
-    Raises InvalidInput if it has fewer frames than before. Says so if it is not a whole number of
-    frames.
+    Raises InvalidInput if it has fewer frames than before, or if the run belongs to a sweep. Says
+    so if the duration is not a whole number of frames.
     """
+    if (run.absolute().parent / "sweep.json").exists():
+        raise InvalidInput(
+            f"{run} belongs to a sweep, whose runs have the same duration; copy it to another"
+            " directory to extend it"
+        )
     if frame_count(duration, rate) < frame_count(before, rate):
         raise InvalidInput(
             f"--duration must be at least that of the run, {before:.9g} s, got {duration:.9g} s"

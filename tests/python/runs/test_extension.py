@@ -1,6 +1,7 @@
 """Runs that are extended: to a longer duration, or with a control function."""
 
 import json
+import shutil
 
 import loomstone as ls
 import pytest
@@ -126,6 +127,16 @@ def test_a_new_run_forgets_the_extension_of_the_one_that_it_replaces(hanging, eu
     assert ls.Run(out).metadata["duration"] == 0.16
     made(hanging, euler).run(out=out, duration=0.04, overwrite=True)
     assert ls.Run(out).metadata["duration"] == 0.04
+
+
+def test_a_run_of_a_sweep_is_extended_only_as_a_copy(hanging, euler, loomstone, tmp_path):
+    out, copy = tmp_path / "sweep" / "friction-0.1", tmp_path / "copy"
+    made(hanging, euler).run(out=out, duration=0.08)
+    (out.parent / "sweep.json").write_text("{}")
+    code, said = loomstone("resume", out, "--duration", "0.2")
+    assert code == 1 and "belongs to a sweep" in said.err
+    shutil.copytree(out, copy)
+    assert loomstone("resume", copy, "--duration", "0.2")[0] == 0 and len(ls.Run(copy)) == 6
 
 
 @pytest.mark.parametrize(
