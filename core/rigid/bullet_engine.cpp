@@ -24,6 +24,7 @@ void BulletWorld::updateAabbs() {
   // often but are updated less often.
   constexpr btScalar room = 4.0;
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
+  const btScalar step = getDispatchInfo().m_timeStep;
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     btCollisionObject& object = *m_collisionObjects[i];
     btBroadphaseProxy& proxy = *object.getBroadphaseHandle();
@@ -33,9 +34,15 @@ void BulletWorld::updateAabbs() {
                                   gContactBreakingThreshold));
     const btVector3 wider(margins_[i], margins_[i], margins_[i]);
     btVector3 low, high, end_low, end_high;
+    btTransform end = object.getInterpolationWorldTransform();  // obstacles keep their start pose
+    if (object.isKinematicObject()) {
+      const auto& obstacle = static_cast<const btRigidBody&>(object);
+      btTransformUtil::integrateTransform(obstacle.getWorldTransform(),
+                                          obstacle.getLinearVelocity(),
+                                          obstacle.getAngularVelocity(), step, end);
+    }
     shape.getAabb(object.getWorldTransform(), low, high);
-    shape.getAabb(object.getInterpolationWorldTransform(), end_low,
-                  end_high);  // at the end of the step; obstacles keep their start pose
+    shape.getAabb(end, end_low, end_high);
     low.setMin(end_low), high.setMax(end_high);
     low -= wider, high += wider;
     if (object.isStaticOrKinematicObject()) {

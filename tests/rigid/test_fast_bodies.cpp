@@ -95,6 +95,31 @@ TEST_CASE("a cube keeps its velocity when it slides over the edge of a closed ob
   CHECK(state.velocities(0, 2) < 1e-6 * speed);
 }
 
+TEST_CASE("an obstacle that moves fast takes bodies at rest along") {
+  // In a step, the plate moves by up to ten times the size of the body.
+  const double speed = GENERATE(5.0, 20.0, 100.0), step = GENERATE(1e-3, 4e-3);
+  const std::string shape = GENERATE("sphere", "box", "convex");
+  const bool turned = GENERATE(false, true);
+  CAPTURE(speed, step, shape, turned);
+  RigidObstacle plate = {shared(box(0.01, 0.4, 0.4)), 0.3, Vec3(-0.2, 0, 0), Vec4(1, 0, 0, 0),
+                         Points(0, 3)};
+  RigidBody body = body_of(
+      shape == "box" ? box(0.04, 0.04, 0.04) : icosphere(0.02, shape == "sphere" ? 2 : 1), shape);
+  if (turned) body.orientation = quaternion_from_rotation_vector(Vec3(0.3, -1.1, 0.7));
+  RigidWorld world({body}, {plate}, Vec3::Zero());
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  double x = -0.2;
+  while (x < 0.4) {
+    x += speed * step;
+    world.advance(step, {none, none}, ObstaclePlaces({RigidPose{Vec3(x, 0, 0)}}), state);
+  }
+  // If the plate moves by ten times the size of the body, it may sink in by a quarter of the size.
+  CHECK(state.positions(0, 0) > x + 0.005 + 0.01);
+  // A box whose corner is hit turns, so its centre may be slower than the plate.
+  CHECK(state.velocities(0, 0) > (turned ? 0.95 : 0.999) * speed);
+}
+
 TEST_CASE("thin and small bodies keep their velocity when they slide fast on a heavy body") {
   const RigidObstacle ground = floor_of(4.0, 1, 0.0);
   for (const Thing& thing : sliding_things()) {
