@@ -120,6 +120,26 @@ TEST_CASE("an obstacle that moves fast takes bodies at rest along") {
   CHECK(state.velocities(0, 0) > (turned ? 0.95 : 0.999) * speed);
 }
 
+TEST_CASE("an obstacle that moves fast past a body at rest leaves it at rest") {
+  const double speed = GENERATE(5.0, 20.0, 100.0), step = GENERATE(1e-3, 4e-3);
+  const double start =
+      GENERATE(-0.3, -0.27, -0.24, -0.21);  // meets the body at other shares of steps
+  const std::string shape = GENERATE("sphere", "box", "convex");
+  CAPTURE(speed, step, start, shape);
+  const RigidObstacle block = {shared(box(0.1, 0.1, 0.1)), 0.3, Vec3(start, 0, 0), Vec4(1, 0, 0, 0),
+                               Points(0, 3)};
+  RigidWorld world({body_of(shape == "box" ? box(0.04, 0.04, 0.04) : icosphere(0.02, 2), shape,
+                            Vec3(0, 0.05 + 0.02 + 1e-3, 0))},
+                   {block}, Vec3::Zero());
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  for (double x = start; x < 0.4;) {
+    x += speed * step;
+    world.advance(step, {none, none}, ObstaclePlaces({RigidPose{Vec3(x, 0, 0)}}), state);
+  }
+  CHECK(state.velocities.norm() == 0.0);
+}
+
 TEST_CASE("thin and small bodies keep their velocity when they slide fast on a heavy body") {
   const RigidObstacle ground = floor_of(4.0, 1, 0.0);
   for (const Thing& thing : sliding_things()) {
