@@ -19,12 +19,18 @@ btDefaultCollisionConstructionInfo room_for_algorithms() {
 
 }  // namespace
 
+void BulletWorld::predictUnconstraintMotion(btScalar step) {
+  btDiscreteDynamicsWorld::predictUnconstraintMotion(step);
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
+    if (btRigidBody& body = *m_nonStaticRigidBodies[i]; body.isKinematicObject())
+      body.predictIntegratedTransform(step, body.getInterpolationWorldTransform());
+}
+
 void BulletWorld::updateAabbs() {
   // Enlargement of the bodies' boxes in the tree [contact distances]. Larger boxes overlap more
   // often but are updated less often.
   constexpr btScalar room = 4.0;
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
-  const btScalar step = getDispatchInfo().m_timeStep;
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     btCollisionObject& object = *m_collisionObjects[i];
     btBroadphaseProxy& proxy = *object.getBroadphaseHandle();
@@ -34,15 +40,9 @@ void BulletWorld::updateAabbs() {
                                   gContactBreakingThreshold));
     const btVector3 wider(margins_[i], margins_[i], margins_[i]);
     btVector3 low, high, end_low, end_high;
-    btTransform end = object.getInterpolationWorldTransform();  // obstacles keep their start pose
-    if (object.isKinematicObject()) {
-      const auto& obstacle = static_cast<const btRigidBody&>(object);
-      btTransformUtil::integrateTransform(obstacle.getWorldTransform(),
-                                          obstacle.getLinearVelocity(),
-                                          obstacle.getAngularVelocity(), step, end);
-    }
     shape.getAabb(object.getWorldTransform(), low, high);
-    shape.getAabb(end, end_low, end_high);
+    shape.getAabb(object.getInterpolationWorldTransform(), end_low,
+                  end_high);  // at the end of the step
     low.setMin(end_low), high.setMax(end_high);
     low -= wider, high += wider;
     if (object.isStaticOrKinematicObject()) {
@@ -108,7 +108,7 @@ void BulletWorld::integrateTransforms(btScalar step) {
   btDiscreteDynamicsWorld::integrateTransforms(step);
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
     if (!m_nonStaticRigidBodies[i]->isStaticOrKinematicObject())
-      stop_at_surfaces(*getBroadphase(), before_[i], step, *m_nonStaticRigidBodies[i]);
+      stop_at_surfaces(*getBroadphase(), before_[i], *m_nonStaticRigidBodies[i]);
 }
 
 BulletEngine::BulletEngine(const Vec3& gravity, int iterations)

@@ -60,6 +60,9 @@ class BulletWorld : public btDiscreteDynamicsWorld {
 
  protected:
   void saveKinematicState(btScalar) override {}
+  // Sets the interpolation transforms of bodies and obstacles to their poses at the end of the step
+  // if nothing touches them. Bullet's function leaves out obstacles.
+  void predictUnconstraintMotion(btScalar step) override;
   void solveConstraints(btContactSolverInfo& info) override;
   void integrateTransforms(btScalar step) override;
 

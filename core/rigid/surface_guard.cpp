@@ -41,15 +41,12 @@ class PathOfCentre : public btTriangleCallback {
 // Moves a body back in front of the surfaces that its centre has crossed.
 class SurfacesOnPath : public btBroadphaseAabbCallback {
  public:
-  SurfacesOnPath(const btVector3& from, btScalar step, btRigidBody& body)
-      : from_(from), step_(step), body_(body) {}
+  SurfacesOnPath(const btVector3& from, btRigidBody& body) : from_(from), body_(body) {}
   bool process(const btBroadphaseProxy* proxy) override {
     auto& surface = *static_cast<btRigidBody*>(proxy->m_clientObject);
     if (!surface.isKinematicObject()) return true;
     btCollisionShape& shape = *surface.getCollisionShape();
-    btTransform end;
-    btTransformUtil::integrateTransform(surface.getWorldTransform(), surface.getLinearVelocity(),
-                                        surface.getAngularVelocity(), step_, end);
+    const btTransform& end = surface.getInterpolationWorldTransform();  // at the end of the step
     const btVector3 start = surface.getWorldTransform().invXform(from_),
                     way = end.invXform(body_.getWorldTransform().getOrigin()) - start;
     const double share = PathOfCentre(start, start + way).first_crossing(shape);
@@ -62,20 +59,18 @@ class SurfacesOnPath : public btBroadphaseAabbCallback {
 
  private:
   btVector3 from_;
-  btScalar step_;
   btRigidBody& body_;
 };
 
 }  // namespace
 
-void stop_at_surfaces(btBroadphaseInterface& broadphase, const btVector3& from, btScalar step,
-                      btRigidBody& body) {
+void stop_at_surfaces(btBroadphaseInterface& broadphase, const btVector3& from, btRigidBody& body) {
   const btCollisionShape& shape = *body.getCollisionShape();
   const btVector3 to = body.getWorldTransform().getOrigin();
   if (!shape.isConvex() || (to - from).length() < 0.01 * inner_radius(shape)) return;
   btVector3 low = from, high = from;
   low.setMin(to), high.setMax(to);
-  SurfacesOnPath surfaces(from, step, body);
+  SurfacesOnPath surfaces(from, body);
   broadphase.aabbTest(low, high, surfaces);
 }
 
