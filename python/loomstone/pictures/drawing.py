@@ -164,9 +164,9 @@ def _draw_in_parallel(
     jobs: int,
     told: Callable[[int], None],
 ) -> None:
-    prepared = {"initializer": _prepare, "initargs": (run, settings)}
     from multiprocessing import get_context  # a late import, because few commands need it
 
+    prepared = {"initializer": _prepare, "initargs": (run, settings)}
     with get_context("spawn").Pool(jobs, **prepared) as pool:  # type: ignore[arg-type]
         for _ in pool.imap_unordered(_draw, missing):
             told(1)
