@@ -37,10 +37,10 @@ class CollisionReplay {
   // Measures the tests of a search that is divided among `n_ranks` ranks. Each cost is the smallest
   // of `repetitions` measurements. In dynamic division, the tests with which the ranks start are
   // distributed so that the total cost of these tests and of those that follow from them is about
-  // the same on each rank. These costs are measured in an earlier step, whose positions are
-  // extrapolated backwards. In static division, the top-level tests are dealt to the ranks in turn.
-  // Throws InvalidInput if `n_ranks` or `repetitions` is less than 1, and Unsupported if
-  // `decomposition` is Predicted.
+  // the same on each rank. The costs for this distribution are measured in an earlier step,
+  // whose positions are extrapolated backwards. In static division, the top-level tests are dealt
+  // to the ranks in turn. Throws InvalidInput if `n_ranks` or `repetitions` is less than 1, and
+  // Unsupported if `decomposition` is Predicted.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 

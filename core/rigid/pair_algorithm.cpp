@@ -81,7 +81,9 @@ class PairAlgorithm final : public btCollisionAlgorithm {
                : std::numeric_limits<double>::infinity();
   }
 
-  // Adds the contacts of the first overlap, if there is one.
+  // Tests the shapes at the ends of `parts` equal parts of the step. At the first of these times at
+  // which the shapes overlap, adds a contact for each point in found_, moved back to the poses at
+  // the start of the step (see PairAlgorithms).
   void add_contacts_ahead(const btCollisionObjectWrapper& first,
                           const btCollisionObjectWrapper& second, const btDispatcherInfo& info,
                           int parts, btPersistentManifold& manifold) {

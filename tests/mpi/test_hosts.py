@@ -1,6 +1,6 @@
-"""A run on three hosts loses one of them and continues on two, and a parameter sweep gives the runs
-of a lost worker to another. The hosts are network namespaces of this machine with addresses of
-their own.
+"""A run on three hosts ends when it loses one of them, and is resumed on the other two. A parameter
+sweep goes on after it loses a worker: another worker takes over the runs. The hosts are network
+namespaces of this machine with addresses of their own.
 """
 
 import csv

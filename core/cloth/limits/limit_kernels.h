@@ -50,8 +50,8 @@ struct Violations {
   double* strains;  // (batches x 3 x 8) strains, or strain rates, of batches with an excess
 };
 
-// Finds excesses of strain, or of strain rate, in n batches: those that `batches` lists from index
-// `first` on or, if `batches` is null, the batches first to first + n - 1.
+// Finds excesses of strain, or of strain rate, in n batches: batches[first] to
+// batches[first + n - 1] or, if `batches` is null, the batches first to first + n - 1.
 void check(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
            Violations out);
 

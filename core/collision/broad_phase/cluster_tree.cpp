@@ -101,9 +101,9 @@ LOOMSTONE_INLINE void refit_features(VertexBoxes::View vertices, const FeatureGr
   }
 }
 
-// For nodes [begin, end) of a level, stores the boxes `below` of their children in groups (`slabs`)
-// and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups with
-// empty boxes.
+// For nodes [begin, end) of a level, stores the boxes of their children (`below`) as groups in
+// `slabs`, and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups
+// with empty boxes.
 template <class Lanes>
 LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {

@@ -278,8 +278,8 @@ class NeighbourLists {
     std::vector<NearPair> near;
   };
   void make(NeighbourList& list, Scratch& scratch) const;
-  // Returns the amount by which distances may change beyond the slack of a list while the list
-  // still contains all pairs that `what` requires [m].
+  // Returns how much distances may change in addition to the slack of a list before the list may
+  // lack a pair that `what` requires [m].
   double spare(Index pair, Cover what) const {
     return base_[pair] -
            (what == Cover::Reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);

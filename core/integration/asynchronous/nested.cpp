@@ -197,7 +197,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     arrange();
   }
 
-  // Sets the tables that depend on the levels of membrane and bending together.
+  // Sets the tables that depend on the levels of both membrane and bending.
   void arrange() {
     std::vector<std::uint8_t> levels = plan_.membrane->vertex_levels();
     plan_.groups.for_all([&](const BendingGroup& group, int level) {

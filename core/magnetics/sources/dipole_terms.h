@@ -1,6 +1,6 @@
-// Field of a point dipole, (6.5) of [Thomaszewski2010], and the gradient of this field. The
-// template parameter T selects between one dipole at eight points (T is double) and eight dipoles
-// at one point (T is a lane vector).
+// Field of a point dipole, equation (6.5) of [Thomaszewski2010], and the gradient of this field.
+// The template parameter T selects between one dipole at eight points (T is double) and eight
+// dipoles at one point (T is a lane vector).
 #pragma once
 
 #include "core/magnetics/sources/lane_math.h"

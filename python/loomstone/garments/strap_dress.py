@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 # Distances from the waist along the cloth: top of the side seam, strap joints, and lowest point of
 # the front neckline [m].
 SIDE, STRAP, NECK = 0.15, 0.25, 0.19
-# Width of a strap [m], and angle in space from centre front or back to the middle of a strap at its
-# joint [degrees].
+# Width of a strap [m], and angle about the vertical axis of the worn dress, from centre front or
+# centre back to the middle of the strap where it joins the bodice [degrees].
 STRAP_WIDTH, STRAP_AT = 0.045, 34.0
 
 
@@ -144,7 +144,8 @@ def _straps(right_path: Floats, right_across: Floats) -> tuple[list[Panel], list
 class _Cone:
     """One of the two cones that meet at the waist, with polar coordinates.
 
-    The coordinates are distance from the waist along the cloth [m] and angle in space [degrees].
+    The coordinates are distance from the waist along the cloth [m] and angle about the cone's
+    axis, not in the flat panel [degrees].
     """
 
     def __init__(self, waist: float, slope: float, opens: float) -> None:
@@ -154,7 +155,7 @@ class _Cone:
     def at(self, distance: float, degrees: float) -> tuple[float, float]:
         """Returns a point in the panel's plane with the apex at the origin [m].
 
-        degrees : angle in space from the panel's centre line
+        degrees : angle about the cone's axis from the panel's centre line
         """
         angle, away = np.radians(degrees) * self.slope, self.apex_distance + distance
         return away * np.sin(angle), self.opens * away * np.cos(angle)
@@ -176,7 +177,7 @@ class _Cone:
 
 
 def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
-    """Returns an edge that is a horizontal arc on a cone, between two angles in space [degrees]."""
+    """Returns an edge that is a horizontal arc on a cone, between two angles about its axis [degrees]."""
     return arc(
         name,
         cone.at(distance, first),

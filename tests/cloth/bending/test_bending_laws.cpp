@@ -317,8 +317,8 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
   const double exact = test::eigenvalues(k).maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
-  // An error of 3 % is harmless: the longest step with explicit bending has a margin of 20 %
-  // (bending_is_implicit() in core/integration/integrator.cpp).
+  // An error of 3 % is harmless: with the Euler schemes, the longest step with explicit bending has
+  // a margin of 20 % (bending_is_implicit() in core/integration/integrator.cpp).
   CHECK(found >= 0.97 * exact);
   CHECK(free->largest_eigenvalue(mass) > 0.0);
 }

@@ -212,7 +212,8 @@ TEST_CASE("top-level tests are dealt out evenly and none twice") {
   }
 }
 
-// The product of the numbers of vertices and partitions does not fit in a signed 32-bit integer.
+// The numbers of vertices and partitions are chosen so that their product does not fit in a signed
+// 32-bit integer.
 TEST_CASE("meshes may be divided into more partitions than they have vertices") {
   const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 200, 200), Kind::Cloth, 3e-3}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);

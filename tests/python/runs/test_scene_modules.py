@@ -1,4 +1,6 @@
-"""Scene files can import modules beside them and use relative paths; misspelt names get a hint."""
+"""Scene files can import modules beside them and use relative paths. Misspelt names of global
+variables and functions cause a warning with a hint.
+"""
 
 import json
 import os
