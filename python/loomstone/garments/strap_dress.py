@@ -177,7 +177,10 @@ class _Cone:
 
 
 def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
-    """Returns an edge that is a horizontal arc on a cone, between two angles about its axis [degrees]."""
+    """Returns an edge that is a horizontal arc on a cone.
+
+    first, last : angles of its ends about the cone's axis [degrees]
+    """
     return arc(
         name,
         cone.at(distance, first),
