@@ -87,9 +87,10 @@ struct In {
   operator double() const { return value; }
 };
 
-// Converts an array-like object to an array of numbers, and quantities to the unit of the argument.
-// Throws InvalidInput for a quantity of another dimension, for entries that are not real numbers
-// and, if Scalar is an integer type, for fractions and for numbers outside the range of Scalar.
+// Converts an array-like object to an array of type Scalar. Quantities are first converted to the
+// unit of the argument. Throws InvalidInput for a quantity of another dimension, for entries that
+// are not real numbers and, if Scalar is an integer type, for fractions and for numbers outside the
+// range of Scalar.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
                                                                        const Argument& argument) {

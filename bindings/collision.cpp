@@ -58,7 +58,8 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
 // Sets hits[i] to the result of the exact continuous collision test on query i, and times[i] to a
 // lower bound of the time of its first impact (0: start, 1: end), or to infinity without an impact.
 // Each of the n queries has eight points: four points at the start, then the same points at the
-// end.
+// end. The four points are a vertex and the corners of a triangle if `vertex_face` is true, and the
+// ends of two edges otherwise.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);

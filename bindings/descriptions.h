@@ -1,7 +1,7 @@
 // Binds a description, a struct that lists its members in fields(). The constructor of the Python
 // class takes the fields by keyword and, in some classes, the first fields by position. Defaults
-// are those of C++. The class also has read-only properties with the help texts of C++, equality by
-// value, repr, to_dict() and replace().
+// are those of C++. The class also has a read-only property for each field, equality by value,
+// repr, to_dict() and replace(). The help texts of properties are made from fields().
 #pragma once
 
 #include <array>
@@ -229,9 +229,10 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::optional<double>> || std::is_same_v<Member, Automatic> ||
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// Converts a value that carries a unit to plain numbers in the unit of the field. Returns all other
-// values unchanged. Throws InvalidInput for a unit of another dimension, and a TypeError for a
-// bool. If the field cannot have a unit, always returns the value unchanged.
+// If the type of the field may carry a unit (may_carry_unit), converts a value that carries a unit
+// to plain numbers in the unit of the field, throws InvalidInput for a unit of another dimension,
+// and throws a TypeError for a bool. Returns other values, and all values of other fields,
+// unchanged.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -348,9 +349,9 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
 template <Description D>
 void complete(D&) {}
 
-// This version returns the arguments unchanged. An overload for a class, such as Cloth, changes the
-// shape of an array in the arguments. The last parameter supplies fields that the arguments do not
-// contain.
+// from_arguments() calls this function before it sets the fields of a description. This version
+// returns the arguments unchanged. An overload for a class, such as Cloth, changes the shape of an
+// array in the arguments. The last parameter supplies fields that the arguments do not contain.
 template <Description D>
 py::kwargs reshaped(const char*, const py::kwargs& arguments, const D&) {
   return arguments;

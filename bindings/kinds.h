@@ -89,8 +89,9 @@ inline std::string mesh_hint(const py::object& value) {
 }
 
 // Throws a TypeError that names the required type of a field. If the field and the value are lists,
-// the message names the first element of another type. Does nothing if there is no such element, if
-// the field is a number or an optional floating-point number, or if kind_name() is empty.
+// the message names the first element of another type. Does nothing if there is no such element, or
+// if the field is a number or an optional floating-point number. Also does nothing if kind_name()
+// is empty for the type of the field (for a list, the type of its elements).
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {
   if constexpr (ListOf<Member>::value) {

@@ -1,6 +1,7 @@
 // Binds the communicators of a single rank and of MPI ranks. Also binds functions that return
-// whether an MPI launcher started this process, the number of available processors, and the number
-// of threads in OMP_NUM_THREADS. The plug-in for MPI is loaded when it is first needed.
+// whether an MPI launcher started this process as one of several ranks, the number of available
+// processors, and the number of threads in OMP_NUM_THREADS. The plug-in for MPI is loaded when it
+// is first needed.
 #include "core/parallel/communicator.h"
 
 #include "bindings/bindings.h"

@@ -1,5 +1,6 @@
-// Binds the description of a scene and of all its parts except rigid bodies: cloths, obstacles,
-// attachments, magnets, coils, bearings and air.
+// Binds the descriptions of a scene and of its cloths, materials, strain limits, obstacles,
+// attachments, magnets, coils, bearings and air. Other files bind rigid bodies (rigid.cpp) and
+// looks (base.cpp).
 #include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"

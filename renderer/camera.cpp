@@ -23,7 +23,8 @@
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.92;  // fraction of width and height that the points may fill
+// Fraction of the width and height of the picture that the points may fill.
+constexpr double margin = 0.92;
 constexpr double pi = 3.14159265358979323846;
 
 void include(const Vec3& point, Framing& framing) {
@@ -135,7 +136,8 @@ std::vector<Vec3> box_corners(const Framing& framing) {
   return corners;
 }
 
-// Fraction of the width that points may fill if a legend takes the fraction `legend` of it.
+// Fraction of the width that points may fill if a legend takes the fraction `legend` of it at one
+// side. Because the points are centred, as much is left empty at the other side.
 double margin_beside(double legend) { return std::min(margin, 0.99 - 2.0 * legend); }
 
 // Moves the eye as close to the points as the margins and a legend permit, and centres the points

@@ -21,8 +21,8 @@ struct View {
 View make_view(const Camera& camera, double aspect, const Framing& framing, double time = 0.0,
                double legend = 0.0);
 
-// Returns the unit vector from the target to the eye. If the two coincide, the view is from the
-// front right and from above.
+// Returns the unit vector from the target to the eye. If the two coincide, the vector points to the
+// right (x), to the front (-y) and upwards (z).
 Vec3 viewing_direction(const Camera& camera);
 
 // Returns whether make_view() moves the eye so that all points of the framing are visible.

@@ -1,5 +1,5 @@
-// Second pass, at half the width and height of the picture: normals and depths of the visible
-// surfaces, for the light pass.
+// Second of the four passes in renderer.cpp, at half the width and height of the picture: normals
+// and depths of the visible surfaces, for the light pass.
 #pragma once
 
 #include "renderer/camera.h"

@@ -47,7 +47,9 @@ class CameraFit {
   FrameTopology topology_;
   Camera camera_;
   double aspect_, legend_;  // see make_view()
-  Framing framing_;  // with the box of the first frame; a turn is about the centre of this box
+  // The box is that of the first included frame, and a camera turns about its centre. The points
+  // are the outermost points of all included frames.
+  Framing framing_;
 };
 
 }  // namespace loomstone

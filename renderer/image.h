@@ -16,11 +16,12 @@ struct Image {
 // The surface that is visible at the centre of each pixel. Rows are ordered from the top.
 struct SurfaceImages {
   int width = 0, height = 0;
-  std::vector<float> depth;  // distance along the viewing direction [m]; infinity: no surface
+  // Distance from the eye, measured along the viewing direction [m]; infinity: no surface.
+  std::vector<float> depth;
   // Unit normal of the visible side, in the world frame, 3 numbers per pixel; zeros: no surface.
   std::vector<float> normal;
   // Number of the surface, or 0 if there is none. Cloths are numbered from 1, followed by bodies
-  // and obstacles in the order of the topology. All curves share the next number.
+  // and obstacles in the order of the topology. All curves share the number after these.
   std::vector<std::int32_t> id;
 };
 

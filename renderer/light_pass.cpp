@@ -41,8 +41,9 @@ float light_seen(vec3 p, vec3 n, float turn) {
   p += lit_side * light_radius * texel * 1.5;
   vec3 q = (light_from_eye * vec4(p, 1.0)).xyz * 0.5 + 0.5;
   if (abs(q.x - 0.5) > 0.5 || abs(q.y - 0.5) > 0.5) return 1.0;
-  // Slope of the depth along the surface. The depth that is compared with a texel changes with the
-  // offset of the texel by this slope, so that an inclined surface does not shadow itself.
+  // Slope of the surface's depth over the shadow map. The depth that is compared with a texel is
+  // changed by this slope times the offset of the texel, so that an inclined surface does not
+  // shadow itself.
   vec3 m = normalize(mat3(light_from_eye) * lit_side);
   vec2 slope = clamp(-m.xy / min(m.z, -0.05), vec2(-4.0), vec2(4.0));
   float bias = 0.75 * texel;
@@ -93,8 +94,9 @@ void main() {
   vec4 here = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
   if (here.w == 0.0) { result = vec4(1.0, 1.0, 0.0, 0.0); return; }
   vec3 p = eye_position(gl_FragCoord.xy, here.w);
-  // Angles of a 4 x 4 block of pixels in the order of a Bayer matrix (bits interleaved), so that
-  // the angles of neighbouring pixels differ strongly.
+  // Angle by which the samples of this pixel are rotated. In a block of 4 x 4 pixels, the angles
+  // have the order of a Bayer matrix (bits interleaved), so that those of neighbouring pixels
+  // differ strongly.
   ivec2 c = ivec2(gl_FragCoord.xy) & 3;
   int x = c.x ^ c.y;
   float turn = 6.2831853 / 16.0 * float(((x & 1) << 3) | ((c.y & 1) << 2) | (x & 2) | ((c.y & 2) >> 1));

@@ -1,5 +1,5 @@
-// Third pass, at half the width and height of the picture: the smoothed fractions of the light
-// source and of the surroundings that are visible from each point.
+// Third of the four passes in renderer.cpp, at half the width and height of the picture: the
+// smoothed fractions of the light source and of the surroundings that are visible from each point.
 #pragma once
 
 #include "renderer/depth_pass.h"

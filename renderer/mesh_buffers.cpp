@@ -91,8 +91,9 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
 
   const double cosine = std::cos(crease_degrees * 3.14159265358979323846 / 180.0);
   Points normal(n, 3);
-  std::map<std::pair<Index, Index>, std::pair<Index, int>>
-      edge_seen;  // edge -> its first triangle, and the triangle's corner where the edge starts
+  // For each edge, the place in `rows` of the first triangle that contains it, and the corner of
+  // this triangle at which the edge starts.
+  std::map<std::pair<Index, Index>, std::pair<Index, int>> edge_seen;
   CornerGroups groups(3 * n);
   for (Index i = 0; i < n; ++i) {
     const auto triangle = topology.body_triangles.row(rows[i]);

@@ -40,7 +40,8 @@ Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 class MeshBuffers {
  public:
   MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges);
-  // `values` and `others` have one number per vertex of the frame. If they are empty, all are 0.
+  // `values` and `others` are the two values that determine colours: one number per vertex of the
+  // frame. If one of them is empty, its numbers are 0.
   void update(const Points& positions, const Vector& values, const Vector& others);
   Index n_parts() const { return static_cast<Index>(mesh_.first_of_part.size()) - 1; }
   void draw() const;

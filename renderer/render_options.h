@@ -18,9 +18,10 @@ struct Camera {
   Vec3 target = Vec3(0, 0, 0);
   Vec3 up = Vec3(0, 0, 1);
   double field_of_view_degrees = 35.0;
-  bool fit = true;    // move the eye so that shown surfaces except floors fill the picture; only
-                      // the direction from `target` to `eye` is used. Ignored with keyframes.
-  double turn = 0.0;  // [degrees/s]
+  // Whether the eye is moved so that cloth and visible bodies and obstacles except floors fill the
+  // picture. Then only the direction from `target` to `eye` is used. No effect with keyframes.
+  bool fit = true;
+  double turn = 0.0;          // [degrees/s]
   std::vector<double> times;  // times of keyframes, ascending [s]
   Points eyes, targets;       // (times x 3) [m]; without targets, `target` is used
 

@@ -27,7 +27,8 @@ class Renderer {
  public:
   // `table` contains the colours of fields. If `diverging` is true, the automatic range of every
   // field except contact is centred on the neutral value of the field. Throws InvalidInput for an
-  // invalid topology, option or LOOMSTONE_GL, and Unsupported if no OpenGL library is usable.
+  // invalid topology, option or value of the environment variable LOOMSTONE_GL (see context.h), and
+  // Unsupported if no OpenGL library is usable.
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();

@@ -100,7 +100,7 @@ ColorRange color_range(const RenderOptions& options, const std::string& row,
         reach = *options.color_high - neutral;
       range = {neutral - reach, neutral + reach};
     }
-    // In a range of this width, rounding differences between equal values are invisible.
+    // In a range of this width, values that differ only by rounding have the same colour.
     const double width = least(range.low);
     if (range.high - range.low < width) range = {range.low - 0.5 * width, range.low + 0.5 * width};
   }

@@ -22,7 +22,8 @@ std::array<std::string, 2> halves(const std::string& name);
 
 // Returns (n) values at the cloth vertices. The field contact is 0 without contact, 1 in contact,
 // and 2 where triangles were forced to intersect. The other fields are means over the triangles at
-// a vertex, weighted by their areas in uv. Strain is U - I, the measure of the strain limits.
+// a vertex, weighted by their areas in uv. Strain is U - I, the measure of the strain limits, where
+// U is the right stretch tensor. `name` must not be strain_split, which consists of two fields.
 Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame);
 
 // Returns the values shown on the left and on the right half of each cloth in a row of the picture.

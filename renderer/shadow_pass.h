@@ -7,7 +7,7 @@ namespace loomstone {
 
 // A directional light whose shadow map covers a ball.
 struct LightView {
-  Float4x4 matrix;          // world to the cube [-1, 1]^3, whose edge is 2 * radius in the world
+  Float4x4 matrix;          // world to [-1, 1]^3, into which the ball exactly fits
   Eigen::Vector3f towards;  // unit vector towards the light, world frame
   float radius;             // radius of the ball [m]
 };

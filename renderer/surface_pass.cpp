@@ -11,8 +11,8 @@ namespace {
 constexpr int image_unit = 2;  // texture unit of images
 
 // Returns for each drawing the vector from its sample to the centre of the pixel [pixels], or zero
-// if one drawing has all samples. The positions of the samples are those of llvmpipe, which has
-// four.
+// if one drawing has all samples. The four samples have the positions that Mesa's llvmpipe uses for
+// multisampling.
 std::vector<Eigen::Vector2f> centres_from(SurfacePass::Samples samples) {
   if (!samples.separate) return {Eigen::Vector2f::Zero()};
   return {{0.125f, 0.375f}, {-0.375f, 0.125f}, {0.375f, -0.125f}, {-0.125f, -0.375f}};

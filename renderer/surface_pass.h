@@ -19,7 +19,7 @@ struct SurfaceOptions {
   ClothPattern pattern;
   bool wireframe;
   bool transparent;  // no backdrop; floors without a colour or texture show only shadows
-  bool colored;      // colours of the cloth show its values, mapped from `range`
+  bool colored;      // the colour of the cloth shows a field; `range` spans the colour map
   ColorRange range;
   // (cloths) Column [pixels] right of which the colours show the second of the two values of a
   // vertex (MeshBuffers). If empty, they show the first value everywhere.
@@ -70,11 +70,12 @@ class SurfacePass {
 
   const GL* gl_;
   int width_, height_;
-  std::vector<Eigen::Vector2f> to_centres_;  // per drawing: from sample to centre [pixels]
+  // For each drawing, the vector from its sample to the centre of the pixel [pixels].
+  std::vector<Eigen::Vector2f> to_centres_;
   Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_,
       overlay_program_;
   GlObject picture_color_, picture_depth_, picture_;  // one sample per pixel
-  // One drawing. Alpha is 1 on cloth, bodies and curves, and 0 elsewhere.
+  // Colour and depth of one drawing. Alpha is 1 on cloth, bodies and curves, and 0 elsewhere.
   GlObject things_color_, things_depth_, things_;
   GlObject resolved_color_, resolved_;  // mean of samples of one drawing; alpha: coverage
   GlObject sum_color_, sum_;            // mean of all drawings

@@ -13,7 +13,8 @@ layout(location = 2) in vec2 uv;
 layout(location = 3) in float value;
 layout(location = 4) in float other;
 uniform mat4 view, projection;
-uniform float towards_eye;   // lines move towards the eye by this fraction of their distance
+// Fraction of its distance by which a point moves towards the eye; > 0 only for the wireframe
+uniform float towards_eye;
 out vec3 eye_position, eye_normal;
 out vec2 surface_uv;
 out float surface_value, surface_other;
@@ -29,7 +30,7 @@ void main() {
 }
 )";
 
-// Declarations and functions used by the shaders of cloth, bodies, floors and the backdrop.
+// Declarations and functions of the fragment shaders of cloth, bodies, floors and the backdrop.
 const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // size of the picture in pixels
@@ -124,8 +125,8 @@ in vec2 surface_uv;
 in float surface_value, surface_other;
 )";
 
-// The inputs of the material shaders, moved from the sample to the centre of its pixel. The ratio
-// of an input to the depth of its point is a linear function of the position in the picture.
+// The inputs of the material shaders, moved from the sample to the centre of its pixel. On a
+// triangle, an input divided by the depth is a linear function of the position in the picture.
 const char* moved_inputs = R"(
 uniform vec2 to_centre;   // vector from the sample to the centre of the pixel [pixels]
 in vec3 eye_position, eye_normal;
@@ -201,7 +202,7 @@ void main() {
 const char* cloth_text = R"(
 uniform vec3 checker_color;
 uniform int pattern;              // 0 plain, 1 weave, 2 checker
-uniform float pattern_size;       // edge of a square with the area of the cloth's uv box [m]
+uniform float pattern_size;       // edge of a square with the area of the cloth's box in uv [m]
 uniform int colored;
 uniform vec2 value_range;
 uniform float split;              // column right of which surface_other is shown [pixels]
@@ -213,9 +214,9 @@ float hash(vec2 p) {
   return fract((q.x + q.y) * q.z);
 }
 
-// Brightness of a plain weave. At each crossing, the upper thread is darker at its sides and at its
-// ends. The mean is 1. The pattern fades to that mean as the width of the threads falls from 4.5 to
-// 2 pixels.
+// Brightness of a plain weave. At each crossing, the upper thread is darker at its sides and where
+// it passes under the next threads. The mean is 1. The pattern fades to that mean as the width of
+// the threads falls from 4.5 to 2 pixels.
 float crossings(vec2 t, float pixel) {
   float strength = 1.0 - smoothstep(0.22, 0.5, pixel);
   if (strength == 0.0) return 1.0;

@@ -2,7 +2,7 @@
 
 From left to right, the bending stiffness increases eightfold from each cloth to the next. The folds
 become fewer and wider, until the stiffest cloth sticks out like cardboard. The scene is based on
-example 2.4 of [Thomaszewski2010], which doubles the stiffness three times.
+figure 2.4 of [Thomaszewski2010], in which the stiffness doubles from each cloth to the next.
 """
 
 import loomstone as ls

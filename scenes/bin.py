@@ -22,7 +22,7 @@ SPEED = 2.0  # speed of the throw [m/s]
 
 
 def rotation(random: np.random.Generator) -> np.ndarray:
-    """Returns a random rotation (3 x 3) that tilts a towel by 20 to 60 degrees."""
+    """Returns a random rotation (3 x 3) that tilts a level towel by 20 to 60 degrees."""
     tilt, turn = np.radians(random.uniform(20.0, 60.0)), random.uniform(0.0, 2.0 * np.pi)
     about_x = np.array(
         [[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]]

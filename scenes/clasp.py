@@ -25,7 +25,9 @@ AT = -0.20  # height of the clasp relative to the rail [m]
 
 
 def curtain(side: int, triangles: int) -> ls.TriangleMesh:
-    """A curtain that hangs from z = 0. side: -1 is left and behind, 1 is right and in front."""
+    """A curtain that hangs from z = 0. side: -1 is left and behind (y > 0), 1 is right and in front
+    (y < 0).
+    """
     flat = ls.grid(size=(WIDTH, HEIGHT), triangles=triangles)
     upright = ((1, 0, 0), (0, 0, -1), (0, 1, 0))
     return flat.moved(

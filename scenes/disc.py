@@ -1,11 +1,10 @@
 """Four discs of cloth, 1 m in diameter, fall onto small spheres (example 3.2 of
-[Thomaszewski2010]). Disc A has anisotropic strain limits. In B, weft and warp are swapped. C has
-edge-based strain limits, and D has no limits.
+[Thomaszewski2010]). In disc A, stiffness and strain limits differ between weft and warp. In B, the
+values of weft and warp are swapped. C has edge-based strain limits, and D has no limits.
 
 Strain stays small along weft in A and along warp in B, although the cloth stretches in the other
-direction. In C, a single limit holds for all edges, whatever their direction. Without
-limits (D), strain concentrates over the sphere. The commands below reproduce figure 3.7 of the
-thesis.
+direction. In C, a single limit holds for all edges, whatever their direction. Without limits (D),
+strain concentrates over the sphere. The commands below reproduce figure 3.7 of the thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
     loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging \

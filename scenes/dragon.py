@@ -1,9 +1,8 @@
-"""Iron balls fall on a magnetised dragon (figure 6.3 of [Thomaszewski2010]).
+"""Iron balls fall on a magnetised dragon (example 6.3 of [Thomaszewski2010], figure 6.10).
 
 Many balls stick to the serpentine dragon and to one another. The others fall to the floor. Red is
-north and blue is south. `-p mesh=FILE` uses any closed mesh as the dragon. `-p cells=1824` or `-p
-cells=3628` replaces the dragon's exact field by that of about this number of dipole cells, as in
-the thesis.
+north and blue is south. `-p mesh=FILE` uses any closed mesh as the dragon. `-p cells=N` replaces
+the dragon's exact field by that of about N dipole cells; the thesis uses 1824 and 3628.
 """
 
 from pathlib import Path

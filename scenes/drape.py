@@ -2,8 +2,8 @@
 
 The corners swing down and folds form between them. The sphere is off-centre, so the cloth hangs
 unevenly. The cloth does not reach the floor below. The initial state and the material are those of
-the comparison with other programs (docs/performance.md). The example of figure 3.3 of
-[Thomaszewski2010] starts in a similar way.
+the comparison with other programs (docs/performance.md). Example 3.3 of [Thomaszewski2010] (figure
+3.8) starts in a similar way.
 """
 
 import loomstone as ls

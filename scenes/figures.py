@@ -3,9 +3,9 @@
 
 The magnet comes down over the tray. One after another the figures jump to it out of the balls and
 hang on it or on one another, by head or foot. The balls stay in the tray. Red is north and blue is
-south. By default the surface charges of the figures respond to one another. `-p response=explicit`
-uses the dipole cells of the thesis instead, each of which is magnetised independently. This takes
-less time.
+south. By default the magnetic charges on the figures' surfaces respond to one another. `-p
+response=explicit` uses the dipole cells of the thesis instead, each of which is magnetised
+independently. This takes less time.
 """
 
 import loomstone as ls

@@ -1,7 +1,7 @@
 """A sphere pushes a square cloth through a narrow funnel onto a floor.
 
 The cloth lines the cone, gathers into many layers in front of the sphere, is squeezed through the
-tube and settles on the floor. The scene is based on example 2.5 of [Thomaszewski2010] (14,476
+tube and settles on the floor. The scene is based on figure 2.5 of [Thomaszewski2010] (14,476
 triangles, 4 s, steps of 1 ms). The dimensions of funnel and sphere are our choice.
 """
 

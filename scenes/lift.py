@@ -1,4 +1,4 @@
-"""A permanent magnet lifts soft iron balls out of a bowl (figure 6.2 of [Thomaszewski2010]).
+"""A permanent magnet lifts soft iron balls out of a bowl (example 6.2 of [Thomaszewski2010]).
 
 The magnet comes down. Five balls jump to it and to one another, and hang below it when it rises
 again. One of the five touches the magnet, and the other four hang on balls. Two balls are too far

@@ -2,8 +2,8 @@
 The scene serves to measure how the cost of limits grows with the number of triangles.
 
 All methods enforce the same limits, except for "none", which sets no limits, and "edges", which
-cannot distinguish shear from stretch. With this scene, tests/benchmarks/limits.py measures the
-sweeps, times and remaining excess of table 3.1 of [Thomaszewski2010].
+cannot distinguish shear from stretch. With this scene, tests/benchmarks/limits.py measures sweeps
+and times, as in table 3.1 of [Thomaszewski2010], and the remaining excess.
 
     loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=false
 """

@@ -54,7 +54,7 @@ def image_pull(gap: float, size: tuple[float, float, float] = MAGNET) -> float:
 
 def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3) -> np.ndarray:
     """Returns the forces (n) [N] of the magnet on the plate of the scene at gaps (n) [m], computed
-    from the charge on the plate's surface.
+    from the magnetic charge that the magnet induces on the plate's surface.
     """
     plate = ls.magnetics.soft_cuboid(
         size=PLATE, susceptibility=susceptibility, cells=cells, focus=FOCUS

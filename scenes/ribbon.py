@@ -1,6 +1,6 @@
 """A long ribbon falls on two inclined planes, slides down and piles up in folds.
 
-At first, the ribbon is almost vertical, above the upper plane, as in example 4.4 of
+At first, the ribbon is almost vertical, above the upper plane, as in the scene of figure 4.4 of
 [Thomaszewski2010]. It is integrated by asynchronous steps, in which each triangle has its own step
 length.
 """

@@ -58,8 +58,8 @@ def rod_mesh() -> ls.TriangleMesh:
 
 
 def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
-    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and behind the rod
-    a sliding block that advances by `path` [m].
+    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and a sliding block
+    at the end of the rod towards -x. The block advances by `path` [m] along +x.
     """
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
     rails = [

@@ -1,9 +1,9 @@
 """Lists functions that exceed the size limits: 60 lines, 4 nested control structures, 6 parameters.
 
-Functions named in tests/python/architecture/size_exceptions.txt are left out. Exceptions that are
-not needed are listed, too. Keyword-only parameters in Python do not count, because a call
-names them like the fields of a struct. Parameters of command-line commands do not count either,
-because they are the command's options.
+Functions named in tests/python/architecture/size_exceptions.txt are left out. Names in this file
+that need not be there are listed, too. Keyword-only parameters in Python do not count, because a
+call names them like the fields of a struct. Parameters of command-line commands do not count
+either, because they are the command's options.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-// The errors that the library throws. Where possible, a message states what is required, what was
-// given, where, and what to do.
+// The errors that the library throws. If possible, a message names the place of the error and
+// states what is required, what was given, and what to do.
 #pragma once
 
 #include <stdexcept>

@@ -1,5 +1,6 @@
 // State of cloth and rigid bodies within an asynchronous step, in which impulses act at several
-// instants.
+// instants, the events. The steps of elements either are nested (nested_steps.h) or have their
+// events in a queue (event_queue.h), both in core/integration/asynchronous.
 #pragma once
 
 #include <vector>
@@ -14,7 +15,7 @@ struct EventBody {
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
   double mass = 0.0;                                              // [kg]
   Mat3 inertia = Mat3::Zero();  // about the centre of mass, in body axes [kg m^2]
-  int level = 0;                // level of the body's events, see EventMotion::Levels
+  int level = 0;                // in nested steps: level of its events, see EventMotion::Levels
   bool touched = false;         // a contact of cloth has pushed the body in this step
 
   Mat3 world_inertia(const Vec4& orientation) const {
@@ -57,10 +58,11 @@ struct EventBody {
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
-  // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by loads on
-  // cloth and attached bodies, by internal forces of the cloth and, in a queue of events, by
-  // impulses of strain limits. The rows of other vertices are 0 or not used. At the start of an
-  // interval of nested steps, only half of a change acts, but the rows contain whole changes.
+  // (n x 3) Change of velocity of each vertex that has an event now [m/s]. It is caused by internal
+  // forces of the cloth and loads on the cloth. In nested steps, loads on attached bodies
+  // contribute, too; in a queue of events, impulses of strain limits do. The rows of other vertices
+  // are 0 or not used. At the start of the step, nested steps apply only half of each change, but
+  // the rows contain whole changes.
   const Points& kicks;
   // Times of nested steps [s]; core/integration/asynchronous/nested_steps.h explains their levels.
   // For each level, `step` is the time between consecutive events, and `ahead` is the time from now
@@ -70,9 +72,9 @@ struct EventMotion {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
   };
-  // Times in a queue of events, since the start of the interval [s]. `of_vertex` and `of_body`
-  // contain the time to which the stored position of each vertex, or pose of each body, belongs.
-  // `now` is the present time.
+  // Times in a queue of events, since the start of the step [s]. `of_vertex` and `of_body` contain
+  // the time to which the stored position of each vertex, or pose of each body, belongs. `now` is
+  // the present time.
   struct Clocks {
     const Vector &of_vertex, &of_body;
     double now;

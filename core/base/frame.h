@@ -48,8 +48,9 @@ struct Frame {
   Points velocities;  // (n x 3) [m/s]
   Points strain;      // (m x 3) Green strain: weft, warp, shear (E12) [1]
   Vector stretch;     // (m) largest principal stretch [1]
-  // (n) 0: no contact, 1: in contact, 2: on an intersecting triangle (see StepOutcome::forced in
-  // core/sim/step/step_outcome.h).
+  // (n) 2: on an intersecting triangle that is listed in StepOutcome::forced
+  // (core/sim/step/step_outcome.h). Other vertices: 1 if in contact in some part of the last step,
+  // otherwise 0.
   std::vector<std::uint8_t> contact;
   Points body_vertices;  // (nb x 3) positions [m]
   Vector coil_currents;  // (coils) [A]

@@ -1,7 +1,8 @@
 // SIMD with eight doubles or floats. A kernel is a function template whose parameter is the vector
-// type Lanes. It is inlined into up to three functions, each compiled for one instruction set.
-// LOOMSTONE_WIDEST(kernel)(arguments) calls the function for `instruction_set`. All variants give
-// bitwise identical results, because the compiler neither fuses nor reorders operations.
+// type Lanes. It is inlined into up to three functions, its variants, each of which is compiled for
+// one instruction set. LOOMSTONE_WIDEST(kernel)(arguments) calls the variant for `instruction_set`.
+// All variants give bitwise identical results, because the compiler neither fuses nor reorders
+// operations.
 #pragma once
 
 #include <type_traits>
@@ -41,8 +42,8 @@ void check_instruction_set();
 #endif
 
 // Calls the variant of a kernel that is compiled for `instruction_set`. `Kernel` is the type of a
-// function object. Its first argument is a vector whose type is the parameter Lanes of the variant;
-// its value is not used. The arguments of the kernel follow.
+// function object whose first argument has the type Lanes of the variant. The value of this
+// argument is not used. The arguments of the kernel follow.
 template <class Kernel>
 class Widest {
  public:

@@ -14,10 +14,10 @@
 
 namespace loomstone::frame_layout {
 
-// Version of the layout, stored in the attribute `format` of the group. It increases whenever a
-// reader of the current version would misinterpret new files, for example if a meaning or unit
-// changes. Additional columns and datasets do not increase it, because readers find columns by name
-// and use defaults for missing columns.
+// Version of the layout, stored in the attribute `format` of the group /loomstone. It increases
+// whenever a reader of the current version would misinterpret new files, for example if a meaning
+// or unit changes. Additional columns and datasets do not increase it, because readers find columns
+// by name and use defaults for missing columns.
 inline constexpr FileFormat format = {"file", 3, 3, "run the scene again"};
 
 inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";

@@ -55,11 +55,11 @@ struct DraggedSurface {
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, RowsOut force);
 
-// Returns an upper bound of the rates [1/s] at which drag alone changes the velocities of the
-// vertices in rows [begin, end). The bound is the largest sum over the triangles of a vertex. A
-// triangle contributes a third of its normal drag divided by |u.n|, plus a third of its tangential
-// drag divided by |u_t| (symbols of add_drag()), both also divided by the mass of the vertex.
-// `mass` contains the masses of all vertices [kg].
+// Returns an upper bound of the rates [1/s] at which drag alone lets the velocities of vertices
+// relative to the air decay, for the vertices in rows [begin, end). The bound is the largest sum
+// over the triangles of one of these vertices. A triangle contributes a third of its normal drag
+// divided by |u.n|, plus a third of its tangential drag divided by |u_t| (symbols of add_drag()),
+// both also divided by the mass of the vertex. `mass` contains the masses of all vertices [kg].
 double drag_rate(const Team& team, const Air& air, const DraggedSurface& surface,
                  const Vector& mass, Index begin, Index end);
 

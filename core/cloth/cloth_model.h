@@ -1,5 +1,5 @@
-// Model of all cloths, constant once it has been built. In the internal vertex order, the cloths
-// follow one another.
+// Model of all cloths, constant once it has been built. Vertices are in the internal order (see
+// Model::row_of_vertex), in which the vertices of each cloth are consecutive.
 #pragma once
 
 #include <algorithm>
@@ -21,16 +21,16 @@ struct ClothModel {
   struct BendingPart {
     BendingElement element = BendingElement::MidEdge;
     Index cloth = 0;
-    Mat3 rigidity = Mat3::Zero();  // flexural rigidity D for (kxx, kyy, 2 kxy) [N m]
+    Mat3 rigidity = Mat3::Zero();  // flexural rigidity D for curvatures (kxx, kyy, 2 kxy) [N m]
     double damping = 0.0;          // beta of stiffness-proportional bending damping [s]
-    bool flat_rest = true;         // true: zero rest angles; false: angles of rest_positions
+    bool flat_rest = true;         // rest angles of hinges: 0 if true, else those of rest_positions
   };
 
   Index n_vertices = 0;
   // (cloths + 1) First vertex and first triangle of each cloth, followed by the total numbers.
   std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
-  RestShapes corners;                        // (m) rest coordinates [m]
+  RestShapes corners;                        // (m) rest coordinates in weft/warp axes [m]
   std::vector<MembraneConstants> constants;  // (cloths)
   std::vector<StrainLimit> strain_limits;
   // (m) Index into strain_limits; -1: unlimited. May be empty if there are no strain limits.

@@ -7,8 +7,9 @@
 namespace loomstone {
 
 struct ClothState {
-  Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
-  Points v;  // (n x 3) velocities [m/s]; written by the same stages as x
+  // The integrator writes x and v. Later stages of the step may change them.
+  Points x;  // (n x 3) positions [m]
+  Points v;  // (n x 3) velocities [m/s]
   // (rows of the solve x 3) Change of velocity in the last step [m/s]; in rows of bodies, the
   // unknown y instead (see BodyRows in scheme_coefficients.h). Linearised schemes write it. The
   // next step uses the change to predict the slip of contacts or, without contacts, as the initial
@@ -32,19 +33,21 @@ struct ClothState {
   // do not increase until forget_all() removes them. The asynchronous integrator writes them.
   Vector element_steps;
   // (e x 2) Time since the last event and time until the next event of each element [s]. Elements
-  // are the triangles and then the bending groups with events of their own. Empty if there is no
-  // queue of events. The asynchronous integrator writes them.
+  // are the triangles and then the bending groups (class BendingGroup) with events of their own.
+  // Empty if there is no queue of events. The asynchronous integrator writes them.
   Points2 element_clocks;
   // (k x 3) Positions at the last event of each triangle (its three corners), followed by those at
   // the last event of each bending group (its vertices) [m]. Rows of triangles and groups without
   // damping are not used. Empty without damping or without a queue of events. The asynchronous
   // integrator writes them.
   Points element_positions;
-  // History of BDF-2, midpoint and extrapolated bending; empty if there is none. The
-  // integrator writes it. It is cleared when strain limiting or certification moves a vertex.
-  Points previous_x;        // (n x 3) [m]
-  Points previous_v;        // (n x 3) [m/s]
-  Points previous_bending;  // (n x 3) [N]
+  // History of midpoint and BDF-2: values at the start of the last step or part of a step. A table
+  // is empty if its values are unknown or not needed. The integrator writes the tables. All of them
+  // are cleared when strain limiting or certification moves a vertex, and the first two also in a
+  // BDF-2 step with contacts.
+  Points previous_x;        // (n x 3) positions [m]
+  Points previous_v;        // (n x 3) velocities [m/s]
+  Points previous_bending;  // (n x 3) forces of explicit bending [N]
 
   std::size_t bytes() const {
     return bytes_of(x, v, last_change, element_steps, element_clocks, element_positions, previous_x,
@@ -54,10 +57,10 @@ struct ClothState {
   // Length of the last step or part of a step [s], or h if it is unknown.
   double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }
   // Length h [s] of the next step or part of a step, divided by last_length() [1]. If the
-  // acceleration is constant, velocities change in the same ratio.
+  // acceleration is constant, this is also the ratio of the changes of velocity in the two steps.
   double change_scale(double h) const { return h / last_length(h); }
 
-  // Restarts multistep schemes, for example after a velocity jump.
+  // Clears the history, so that multistep schemes restart, for example after a velocity jump.
   void restart_multistep() {
     previous_x.resize(0, 3);
     previous_v.resize(0, 3);

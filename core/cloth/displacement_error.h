@@ -35,9 +35,9 @@ struct Damping {
   double fall_time = 0.0;
 };
 
-// Evaluates the error and the numerical damping of steps. Each rank evaluates its triangles
-// (mesh_part.h), and block sums are added in order. Results are therefore bitwise independent of
-// the number of threads and ranks.
+// Evaluates the error and the numerical damping of steps. Each rank evaluates the blocks of its
+// triangles (mesh_part.h). The sums of all blocks are then added in order, so results are bitwise
+// independent of the number of threads and ranks.
 class DisplacementError {
  public:
   // `gravity` is the magnitude of the gravitational acceleration [m/s^2].

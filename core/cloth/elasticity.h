@@ -53,8 +53,8 @@ class Elasticity {
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
                             Index end, RowsOut force);
 
-  // A product that assemble() computes with the new matrix. `w` must be up to date in all rows that
-  // the matrix couples to rows [begin, end).
+  // A product that assemble() computes with the matrix that it sets. `w` must be up to date in all
+  // rows that the matrix couples to rows [begin, end).
   struct Product {
     const Points* w;  // at least one row per vertex; null: no product
     OwnRows* y;       // set to (matrix - M) w; contains the rows [begin, end)
@@ -86,7 +86,7 @@ class Elasticity {
   // changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end,
                               const std::uint8_t* yields = nullptr, double recovery = 1.0);
-  // Returns whether the last call of limit_phase() found a triangle in a stiff phase.
+  // Returns whether the last call of limit_phase() on this rank found a triangle in a stiff phase.
   bool in_limit_phase() const { return in_limit_phase_; }
   // Adds to rows [begin, end) of `force` the forces that the phases of the last call of
   // limit_phase() exert at x. No guard may exist.

@@ -11,8 +11,8 @@ namespace {
 // of the first phase, which is the membrane within its limits. Our choice: with smaller values,
 // more stretch remains, and larger values require shorter steps.
 constexpr double second_modulus = 30.0;
-// Strain at which the third phase begins (see LimitMode), as a multiple of the limit, but at least
-// -1 along weft and warp. Our choice.
+// Strain at which the third phase begins (see LimitMode), divided by the limit. Our choice. Where
+// compression along weft or warp is limited, the third phase begins at a strain of at least -1.
 constexpr double third_strain = 1.5;
 
 // Green strain of a line element with the engineering strain e >= -1.

@@ -116,9 +116,10 @@ struct ApproachSearch::PairTest {
       speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
-  // Counts the pair as a candidate if its distance at the start is at most its thickness plus
-  // largest_loss() at the relative speed `speed` [m/s]. Adds a candidate to found.pairs unless it
-  // is culled (see ApproachSearch) or ignored by the tangle. Returns the distance at the start [m].
+  // Call this function only if boxes_meet() returns true. Counts the pair as a candidate if its
+  // distance at the start is at most its thickness plus largest_loss() at the relative speed
+  // `speed` [m/s]. Adds a candidate to found.pairs unless it is culled (see ApproachSearch) or
+  // ignored by the tangle. Returns the distance at the start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double speed,
               Approach& found) const {
     const double thickness = contact_distance(model, pairs[pair.pair], pair.kind, v);

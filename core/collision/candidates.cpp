@@ -12,7 +12,7 @@ namespace loomstone {
 
 namespace {
 
-// Finds candidates directly from their definition as pairs with overlapping 18-DOPs.
+// Finds candidates directly from their definition in candidates.h, without a ClusterTree.
 // `pairs_of_boxes(a, b, visit)` must visit all pairs of overlapping boxes and may visit others.
 template <class PairsOfBoxes>
 void by_boxes(const Points& x0, const Points& x1, const Triangles& triangles, double inflation,

@@ -14,9 +14,9 @@ namespace loomstone {
 
 struct Candidates {
   std::vector<std::array<Index, 2>> vertex_face;  // (vertex, triangle), in ascending order
-  std::vector<std::array<Index, 2>>
-      edge_edge;  // rows of `edges`, smaller row first, in ascending order
-  Edges edges;    // sorted unique vertex pairs
+  // (edge, edge), as rows of `edges`, the smaller row first. The pairs are in ascending order.
+  std::vector<std::array<Index, 2>> edge_edge;
+  Edges edges;  // sorted unique vertex pairs
 };
 
 // Returns the edges, and the vertex-face and edge-edge pairs that share no vertex and whose 18-DOPs

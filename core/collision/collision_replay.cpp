@@ -100,8 +100,8 @@ struct ListsOfStep {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
   }
 
-  // Calls add(i, list) for each list. A list belongs to a pair of clusters. `i` is the index of the
-  // first of these two clusters among the first clusters of all surface pairs; see ClusterOwners.
+  // Calls add(i, list) for each list. `i` is the number of the list's first cluster (list.a). First
+  // clusters are numbered consecutively over all surface pairs; see ClusterOwners.
   template <class Add>
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
@@ -141,7 +141,7 @@ struct ListsOfStep {
   NeighbourLists lists;
   ImpactSearch search;
   SmoothNormals normals;
-  // (surface pairs + 1) Number of first clusters in all earlier surface pairs.
+  // (surface pairs + 1) Number of first clusters (see each_list()) in all preceding surface pairs.
   SectionStarts first = {0};
 };
 

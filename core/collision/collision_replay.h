@@ -44,11 +44,12 @@ class CollisionReplay {
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 
-  // Measures the work on neighbour lists in both searches of a step. Piece i of each OrderedWork is
-  // the work on all lists whose first cluster has index i among the first clusters of all surface
-  // pairs (see ClusterOwners). Several preceding steps, whose positions are extrapolated backwards,
-  // are performed first. The last preceding step gives the expected costs. Each measured cost is
-  // the smallest of `repetitions` measurements. Throws InvalidInput if `repetitions` is below 1.
+  // Measures the work on neighbour lists in both searches of a step. Each list belongs to two
+  // clusters (see ClusterOwners), and a piece of an OrderedWork is the work on all lists with the
+  // same first cluster. The pieces are sorted by surface pair, then by first cluster. Several
+  // preceding steps, whose positions are extrapolated backwards, are performed first. The last
+  // preceding step gives the expected costs. Each measured cost is the smallest of `repetitions`
+  // measurements. Throws InvalidInput if `repetitions` is below 1.
   struct Lists {
     OrderedWork contacts, impacts;
   };

@@ -71,8 +71,8 @@ struct CollisionStage::Data {
     return own;
   }
 
-  // Returns the totals of the `contacts` of all ranks together. Collective if contacts are divided
-  // among ranks.
+  // Returns the totals over the `contacts` of all ranks. Collective if contacts are divided among
+  // ranks.
   ContactTotals joined_totals(const std::vector<Contact>& contacts) const {
     if (!selection) return totals_of(model, contacts);
     const ContactTotals own = totals_of(model, counted(contacts));
@@ -102,18 +102,22 @@ struct CollisionStage::Data {
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
   CollisionRecord motion;
-  std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
+  // Used by proximity_alone() to search on this rank alone. Made at first use.
+  std::unique_ptr<BroadPhase> own_broad_phase;
   // Contacts at the positions x0 of the last call of proximity(), including contacts that it omits
   // because of a tangle. A part of a step begins where the preceding one ended, so contacts found
   // at the end of a part are used again in the next part. `known` is the same on all ranks if each
   // rank keeps all contacts.
   ContactSet known;
-  // With lists, known_update is NeighbourLists::n_updates() after their update at x0. Without
-  // lists, known_x is a copy of x0.
+  // These members identify the positions of `known`. With lists, known_update is
+  // NeighbourLists::n_updates() after the update at these positions. Without lists, known_x is a
+  // copy of them.
   std::int64_t known_update = -1;  // -1: no contacts are known from lists
   Points known_x;
-  KnownStrengths strengths;                   // strengths of the contacts in `known`
-  ContactSet returned;                        // last result that is stored apart from `known`
+  KnownStrengths strengths;  // strengths of the contacts in `known`
+  // Contacts that proximity(), proximity_alone() or all_contacts() returned last, if these are not
+  // `known` itself.
+  ContactSet returned;
   const ContactTotals* totals = nullptr;      // totals of the contacts returned last
   std::optional<ContactSelection> selection;  // contacts that this rank keeps; nullopt: all
   mutable GatherRoom anchor_room;

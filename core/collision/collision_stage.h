@@ -1,5 +1,6 @@
 // Collision handling of one step. Contacts are found at the start of the step. Either an implicit
-// solve includes them as extra terms, or impulses correct the motion. Certification then finds the
+// solve includes them as extra terms, or impulses correct the motion. Asynchronous steps instead
+// evaluate contacts at events, for pairs that approach() finds. Certification then finds the
 // impacts of the whole motion by continuous collision detection. It removes them by impulses
 // (clean-up) and, if some remain, by withholding motion.
 #pragma once
@@ -57,9 +58,9 @@ class CollisionStage {
   // the vertices of all surfaces. The returned reference is valid until the next call of
   // proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
-  // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
-  // if contacts are divided, or if there are several ranks and x0 differs from that of the last
-  // call of proximity().
+  // Like proximity(), but returns the contacts of all ranks and is not collective: a rank may call
+  // it without the others. Slow if contacts are divided, or if there are several ranks and x0
+  // differs from that of the last call of proximity().
   const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
                                               const Tangle& tangle);
   // Collective. Returns the contacts of all ranks. Fast if x0 is the same as in the last call of

@@ -30,8 +30,8 @@ struct CarrierPlaces {
   Points centres() const;
 };
 
-// Velocity and angular velocity of a carrier [m/s, rad/s]. Those of an obstacle are constant within
-// a step.
+// Velocity of the reference point of a carrier (CarrierPlaces::centres()), and angular velocity of
+// the carrier [m/s, rad/s]. Those of an obstacle are constant within a step.
 struct Twist {
   Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
   bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }

@@ -20,7 +20,7 @@ Vector currents_at(const MagneticModel& model, double time, const Vector& circui
 // Returns the currents of all coils (coils) [A]: the circuit currents of the state `circuits`, and
 // the given currents at `time` [s].
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
-// Returns the current of the first circuit [A], or 0 if there is no circuit.
+// Returns the current of the first coil in MagneticModel::circuits [A], or 0 if there is none.
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);
 
 // placed_coils() returns all coils, each with a current of 1 A. carrying_coils() returns each coil

@@ -13,10 +13,10 @@
 namespace loomstone {
 
 struct CoilForces {
-  // (coils) Wrenches per ampere in each coil, without those in `pairs` [N/A, N m/A]. The
-  // interaction of a circuit and a coil with given current is part of the entry of the circuit. The
-  // interaction of two coils with given currents is part of the entry of the coil with the higher
-  // index.
+  // (coils) For each coil, the wrenches on the carriers per ampere of its current, without those in
+  // `pairs` [N/A, N m/A]. The interaction of a circuit and a coil with given current is part of the
+  // entry of the circuit. The interaction of two coils with given currents is part of the entry of
+  // the coil with the higher index.
   std::vector<CarrierWrenches> per_ampere;
   // Interactions of circuits. Those through magnetised bodies include the action of a circuit on
   // itself. Direct interactions of two circuits on one carrier, or on obstacles at rest, are

@@ -35,7 +35,7 @@ class MutualInductances {
   double mutual(const std::vector<MagneticBody>& coils, std::size_t j, std::size_t k);
 
   struct Known {
-    RigidPose pose;  // pose of the second coil relative to the first
+    RigidPose pose;  // pose of the second coil of the key relative to the first coil of the key
     double value = 0.0;
   };
   const MagneticModel& model_;

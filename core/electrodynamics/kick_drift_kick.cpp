@@ -8,7 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// More sub-steps per step than this indicate that magnets overlap or that the step is far too long.
+// Largest number of sub-steps per step. If more are needed, magnets overlap or the step is far too
+// long.
 constexpr int most_substeps = 4096;
 // After its first call, resolve() halves sub-steps only if length times frequency exceeds this
 // multiple of the limit.

@@ -32,12 +32,12 @@ struct MovingBodies {
 MovingBodies begin_motion(const MagneticModel& model, const BodyImpulses& impulses,
                           RigidState& state);
 
-// Result of RigidWorld for the full kick of a sub-step.
+// Result of answer_contacts(): the bodies after RigidWorld has advanced them by the whole sub-step.
 struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (bodies) 1: the body did not move freely
   std::vector<PressedGroup> groups;
-  BodyImpulses without;  // momenta that the bodies would have without contacts
+  BodyImpulses without;  // momenta at the end of the sub-step, as if there were no contacts
 };
 
 // Applies the impulses at the end of a step to the bodies that move freely. answer_contacts() must

@@ -48,7 +48,8 @@ struct CarriedMagnet {
   double radius = 0.0, polarizability = 0.0;  // [m], [A m^2/T]; induced spheres only
   SoftShapePtr soft;        // shape of an induced body; null: a point dipole or a hard magnet
   double saturation = 0.0;  // saturation polarization of `soft` [T]; 0: none
-  // (n x 3) Positions of the cells of an explicit response (Magnet::response) [m]; otherwise empty.
+  // (n x 3) Positions of the cells of an explicit response (Magnet::response), in the frame of the
+  // magnet [m]; empty for the mutual response.
   Points cells;
   // Pose in mesh axes. It is relative to the centre of mass if the carrier is a body, and to the
   // origin of the mesh if it is an obstacle.

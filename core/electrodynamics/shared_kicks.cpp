@@ -57,7 +57,7 @@ Mat3 turn_of(const MagneticModel& model, const KickedSubstep& substep, const Pre
   return rotation_matrix(quaternion_from_rotation_vector(substep.h * spin));
 }
 
-// Returns the momenta of the bodies of a group and their kicks: half of the difference between the
+// Returns the OwnKick of each body of a group. The kicks are half of the difference between the
 // wrenches at the end and at the start of the sub-step, times its length. The wrenches at the start
 // are turned with the group before the difference is taken.
 std::vector<OwnKick> own_kicks(const MagneticModel& model, const KickedSubstep& substep,

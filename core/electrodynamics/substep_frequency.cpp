@@ -160,7 +160,8 @@ double SubstepFrequency::motion_rate(const Team& team, const CarrierPlaces& plac
     poses.push_back(places.pose(wound.carrier, wound.local));
   double rate = relative_motion_rate(team, {moving_, poses, moving_carriers_, motions}, negligible);
   if (model_.field.isZero(0.0)) return rate;
-  // The field exerts torques on bodies and induces voltages in coils, also in coils on obstacles.
+  // The uniform field exerts torques on bodies and induces voltages in coils, also in coils on
+  // obstacles.
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     const bool coil = i >= model_.magnets.size();
     if (coil || (!moving_[i].soft_sphere && moving_carriers_[i] < model_.n_bodies()))

@@ -12,9 +12,9 @@ namespace loomstone {
 class ExplicitBending {
  public:
   // If `second_order` is true and the forces at the start of the last step are known, the forces at
-  // the starts of the last step and of this step are extrapolated to SchemeCoefficients::time. With
-  // the forces at the start of this step alone, midpoint and BDF-2 would have order 1 and amplify
-  // oscillations more.
+  // the starts of the last step and of this step are extrapolated to SchemeCoefficients::time.
+  // Otherwise, the forces at the start of this step are used. With these alone, midpoint and BDF-2
+  // would have order 1 and amplify oscillations more.
   explicit ExplicitBending(bool second_order) : second_order_(second_order) {}
 
   // Rows [begin, end) that receive forces, length of the step [s] and SchemeCoefficients::time [s].

@@ -26,7 +26,7 @@ namespace loomstone {
 
 // Evaluates the terms of a step after the rows have moved by `displacement` (rows x 3) [m, rad] in
 // `time` [s]. On entry, `terms` are the terms at the start of the step. Sets their gradient and
-// Hessian in the way that `request` selects, and returns their energy [J].
+// Hessian in the way that `request` selects. Returns their energy up to a constant [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;
 
@@ -81,8 +81,9 @@ struct StepInputs {
   // Linearised schemes multiply the tolerance of the iterative solver by this factor [1].
   double tolerance_factor = 1.0;
   // True, on all ranks, if contacts, untangling or attachments may couple bodies with cloth. BDF-2
-  // then takes the step by midpoint, because forces that act on cloth by BDF-2 and on bodies by
-  // symplectic Euler would not conserve momentum.
+  // then takes the step by midpoint, or by backward Euler if `damped` or in_contact() is true.
+  // Forces that act on cloth by BDF-2 and on bodies by symplectic Euler would not conserve
+  // momentum.
   bool couples_bodies = false;
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
@@ -139,7 +140,7 @@ class Integrator {
   virtual double time_of_forces() const { return 1.0; }
   // Terms of the last linear solve in the last call of advance(), if they differ from
   // StepInputs::terms; otherwise null. Linearised schemes solve again with other contact forces if
-  // those of the first solve were wrong.
+  // the error of those in the first solve was too large (see StepInputs::forces_after).
   virtual const ExtraTerms* terms_of_last_solve() const { return nullptr; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }

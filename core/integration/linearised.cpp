@@ -6,8 +6,9 @@
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads and explicit bending forces,
 // f_el is the gradient of the remaining elastic energy, and u0 is the displacement at which forces
-// are evaluated if dv = 0. For BDF-2, with previous values x_ and v_, inertia = b M (v - v_) and
-// w = -b (x - x_) / sigma with b = SchemeCoefficients::history. For the other schemes, b is 0.
+// are evaluated if dv = 0. For BDF-2, x_ and v_ belong to the start of the last step, and
+// inertia = b M (v - v_) and w = -b (x - x_) / sigma with b = SchemeCoefficients::history. For the
+// other schemes, b is 0.
 // Extra terms (extra_terms.h) add to the matrix and to the right-hand side.
 #include <algorithm>
 #include <cmath>
@@ -30,8 +31,8 @@ namespace {
 // second one. With `most_solves` = 2, sheets that land on a floor have up to 3.4 times the friction
 // of Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a floor stops in a
 // single step. With `force_tolerance` = 0.1, a sheet on an incline that is 6 % steeper than
-// friction can hold starts half a second late. With `force_tolerance_again` = 0.5, a disc that
-// turns with a turntable creeps on it.
+// friction can hold starts to slide half a second late. With `force_tolerance_again` = 0.5, a disc
+// that turns with a turntable creeps on it.
 constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
 // With contacts, the tolerance of the first solve is at least this value, because this solve only

@@ -26,8 +26,9 @@ namespace {
 // rounding_tolerance) counts as having fallen far enough. There are at most `most_updates` updates.
 constexpr double roughly_known = 0.1, limit_tolerance = 0.02;
 constexpr int most_updates = 8;
-// A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
-// Otherwise, it is accepted only if it lowers the potential.
+// search() accepts a Newton step if its residual is below this fraction of the smallest residual
+// since the last update of the friction limits. Otherwise, it accepts the step only if this lowers
+// the potential.
 constexpr double least_gain = 0.9;
 // If iterate() takes no Newton step, the residual is accepted if both the residual and
 // `default_tolerance` times its scale (see iterate_to_tolerance()) are at most `rounding_tolerance`
@@ -137,12 +138,13 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual is at most the tolerance times `scale`, or until it is accepted as
-  // a rounding error (see rounding_tolerance). `scale` is the norm of the first residual plus that
-  // of the impulse of the loads. Without loads, for example, `scale` itself may be a rounding
-  // error; no residual then meets the tolerance. Friction limits use the normal forces at the start
-  // of the time step until the residual has fallen as roughly_known describes, and then those of
-  // the latest update. Throws NewtonFailure if the iteration does not converge.
+  // Iterates until no update of the friction limits is due (see roughly_known) and the residual is
+  // at most the tolerance times `scale` or is accepted as a rounding error (see
+  // rounding_tolerance). `scale` is the norm of the first residual plus that of the impulse of the
+  // loads on the cloth. Without loads, for example, `scale` itself may be a rounding error; no
+  // residual then meets the tolerance. Friction limits use the normal forces at the start of the
+  // time step until the residual has fallen as roughly_known describes, and then those of the
+  // latest update. Throws NewtonFailure if the iteration does not converge.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -403,7 +405,7 @@ class NewtonIntegrator final : public Integrator {
   Points start_x_, start_velocity_, load_, all_load_, correction_;
   Iterate now_, trial_;
   ExtraTerms secant_;
-  double best_ = 0.0;    // smallest residual so far
+  double best_ = 0.0;    // smallest residual since the last update of the friction limits
   double length_ = 1.0;  // factor of correction_ in the current Newton step
   Points x_, cloth_, force_;
 };

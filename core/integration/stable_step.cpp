@@ -20,8 +20,9 @@ Points rough_vector(Index n) {
 // Largest eigenvalue of M^-1 A by power iteration, where apply(u) returns A u.
 template <class Apply>
 double largest_eigenvalue(const ClothModel& model, Apply&& apply) {
-  // This number is our choice. The result can be slightly below the eigenvalue, and the stable step
-  // is then slightly too long. Automatic steps are only half as long as the stable step.
+  // The number of iterations is our choice. The result can be slightly below the eigenvalue, and
+  // the stable step is then slightly too long. Automatic steps are only half as long as the stable
+  // step.
   constexpr int iterations = 60;
   Points u = rough_vector(model.n_vertices);
   double eigenvalue = 0.0;

@@ -17,9 +17,9 @@ class Block {
   Block(const BlockMatrix& matrix, Index begin, Index end, std::vector<Index>& of_row)
       : matrix_(matrix), begin_(begin), end_(end), of_row_(of_row), links_(end - begin) {}
 
-  // Groups the rows into aggregates, which are numbered from `first` on. An aggregate of less than
-  // half of grown_size joins the earlier aggregate of the block to which it has the most couplings,
-  // if there is one. Returns the next free number.
+  // Groups the rows into aggregates, which are numbered from `first` on. An aggregate of fewer than
+  // grown_size / 2 rows is merged into an earlier aggregate of the block: the one with which it has
+  // the most couplings, if it has any. Returns the next free number.
   Index grow(Index first) {
     Index next = first;
     for (Index seed = begin_; seed < end_; ++seed) {

@@ -110,7 +110,8 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
     }
     const Index n_parents = static_cast<Index>(first_children.size()) - 1;
     couplings = levels_.back().group(std::move(first_children));
-    // The first level is distributed, and the other levels are the same on all ranks.
+    // In the distributed first level, each rank has found only the couplings due to its own rows.
+    // The second level is the same on all ranks, and needs all couplings.
     if (levels_.size() == 1) couplings = pairs_of_all(layout.communicator(), couplings);
     MultigridLevel next;
     next.matrix = BlockMatrix(n_parents, couplings);

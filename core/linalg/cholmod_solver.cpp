@@ -3,10 +3,10 @@
 // The symbolic analysis is reused while the pattern of matrix and terms is unchanged. It depends on
 // this pattern alone, so a rebuilt solver gives bitwise identical results.
 //
-// The factorisation is simplicial by default. It uses only modules of CHOLMOD under the LGPL and no
-// BLAS, so its results do not depend on the installed BLAS. The supernodal factorisation uses dense
-// blocks and BLAS. It needs a module of CHOLMOD that is under the GPL and that some builds of
-// CHOLMOD lack.
+// LinearMethod::Direct selects the simplicial factorisation. It uses only modules of CHOLMOD under
+// the LGPL and no BLAS, so its results do not depend on the installed BLAS.
+// LinearMethod::Supernodal selects the supernodal factorisation, which uses dense blocks and BLAS.
+// It needs a module of CHOLMOD that is under the GPL and that some builds of CHOLMOD lack.
 #include <cholmod.h>
 #include <dlfcn.h>
 
@@ -120,7 +120,7 @@ class DirectSolver final : public LinearSolver {
   }
 
   // Builds the compressed-column pattern of the lower triangle, in scalar entries. Column 3 j + c
-  // contains the rows 3 i + d of blocks i >= j.
+  // contains the rows 3 i + d of all blocks i > j, and those with d >= c of block i = j.
   void lay_out_columns() {
     column_start_.assign(1, 0);
     row_index_.clear();

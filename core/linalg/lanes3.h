@@ -13,8 +13,8 @@
 namespace loomstone {
 
 // Vector of eight numbers of type Scalar in a kernel that is compiled for the vector type Lanes.
-// For doubles, Lanes256 replaces Lanes128, because each of its halves holds the four numbers of a
-// row.
+// For doubles, Lanes256 replaces Lanes128, because each half of a Lanes256 holds the four numbers
+// of a row.
 template <class Lanes, class Scalar>
 using LanesOf =
     std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,

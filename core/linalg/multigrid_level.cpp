@@ -13,12 +13,14 @@ namespace {
 
 constexpr Index slices_per_chunk = rows_per_block / 8;
 constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;             // minimum work of a task: about 1,000 nodes
-constexpr Index chunks_of_product_a_task = 2;  // minimum work of a task of multiply(): 256 nodes
-// Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
-// nodes, because the eigenvalues of D^-1 A, with the diagonal blocks D, are then below four. For
-// elements or terms that couple more nodes, convergence is not guaranteed. If a V-cycle is
-// indefinite, Preconditioner::complete() drops the multigrid correction.
+// Smallest numbers of chunks in a task (see in_chunks()), in general and in multiply(). A chunk of
+// nodes or slices contains rows_per_block nodes. A chunk of parents has about as many children.
+constexpr Index chunks_a_task = 8;
+constexpr Index chunks_of_product_a_task = 2;
+// Damping of the Jacobi sweeps. With this factor, the sweeps converge if the eigenvalues of D^-1 A,
+// with the diagonal blocks D, are below four. They are if each element or term couples at most four
+// nodes. For elements or terms that couple more nodes, convergence is not guaranteed. If a V-cycle
+// is indefinite, Preconditioner::complete() drops the multigrid correction.
 constexpr double damping = 0.5;
 
 std::size_t node_at(Index node) { return 4 * static_cast<std::size_t>(node); }

@@ -128,8 +128,8 @@ Incidence edges_of_vertices(Index n_vertices, const Edges& edges) {
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles) {
   const Edges edges = edge_table(n_vertices, triangles).edges;
   Incidence lists = edges_of_vertices(n_vertices, edges);
-  // Edges are sorted by (low, high), so neighbours with lower indices come first and each list is
-  // ascending.
+  // Edges are sorted by (low, high). In the list of a vertex, neighbours with lower indices than
+  // the vertex therefore come first, and the list is ascending.
   for (Index vertex = 0; vertex < n_vertices; ++vertex) {
     const auto begin = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex)];
     const auto end = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex) + 1];

@@ -20,8 +20,7 @@ TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
 TriangleMesh grid(double width, double height, Index triangles,
                   const std::string& pattern = "alternating");
 // Grid whose interior vertices have random (seeded) displacements of up to the fraction `amount` of
-// a cell in each coordinate. The Python package makes unstructured meshes by Delaunay triangulation
-// of relaxed points.
+// a cell in each coordinate. For unstructured meshes, see python/loomstone/meshes/flat.py.
 TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount,
                            std::uint64_t seed = 1);
 

@@ -24,7 +24,8 @@ namespace loomstone {
 namespace {
 
 constexpr int exchange_tag = 4711;
-constexpr std::chrono::seconds grace{10};  // longest time that a failed rank waits for the others
+// Longest time for which a failed rank waits in agree() for the other ranks to call agree().
+constexpr std::chrono::seconds grace{10};
 // Largest size of a message [bytes]. It is limited because MPI counts are ints. Broadcasts, gathers
 // and exchanges send larger data in parts. Messages of a mailbox and sums are far smaller.
 constexpr std::size_t largest_message = std::size_t{1} << 30;

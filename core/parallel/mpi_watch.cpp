@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr int question_tag = 1, answer_tag = 2;
-// Limits of patience_, the longest time for which a watch waits for answers to its roll call (see
+// Limits of patience_, the time for which a watch waits for missing answers to its roll call (see
 // call_roll()). The watch waits twice as long if a lower rank has exceeded the time-out, too. Even
 // if all ranks answer at once, the watch waits for shortest_patience before it ends the job. Both
 // limits are our choice.

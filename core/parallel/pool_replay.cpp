@@ -66,7 +66,7 @@ struct Rank {
   std::deque<TestNumbers> pool;  // oldest task first
   std::vector<Message> inbox;
   double next = never;  // time of the next event of this rank [s]
-  double free = 0.0;    // time at which the current or latest work of this rank ends [s]
+  double free = 0.0;    // time until which this rank works or handles messages [s]
   double busy = 0.0, end = never;
   int victim;
   bool waiting = false;

@@ -1,8 +1,8 @@
-// Predicts, from recorded costs, how long a given number of ranks would need for the same work.
-// There is a function for each way to divide the work: replay_static(), replay_predicted() (by
-// expected costs) and replay_dynamic() (by task pools). Task pools are replayed by a discrete-event
-// simulation, which includes the latency and bandwidth of messages, the processor time for each
-// message, and the interval at which ranks poll.
+// Predicts how long a search or other work would take if it were divided among several ranks. The
+// costs of its parts must have been recorded before. There is a function for each way to divide the
+// work: replay_static(), replay_predicted() (by expected costs) and replay_dynamic() (by task
+// pools). Task pools are replayed by a discrete-event simulation, which includes the latency and
+// bandwidth of messages, the processor time for each message, and the interval at which ranks poll.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace loomstone {
 
-// Tests of one traversal (task_pool.h) and their costs. The tests that follow from test i are
-// numbered first_child[i] to first_child[i] + n_children[i] - 1.
+// Tests of one search (a traversal of trees, task_pool.h) and their costs. The tests that follow
+// from test i are numbered first_child[i] to first_child[i] + n_children[i] - 1.
 struct RecordedTests {
   std::vector<Index> first_child, n_children;
   std::vector<double> seconds;            // cost of each test [s]
@@ -64,7 +64,7 @@ double clock_seconds();
 
 // Replays a static division: each rank performs its first tests and all that follow from them.
 ReplayReport replay_static(const RecordedTests& tests, const Network& network);
-// Replays a dynamic division: the ranks balance the tests as TaskPool does.
+// Replays a dynamic division: the ranks, each with one thread, balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
                             const PoolOptions& options = {});
 // Replays a division by expected costs: each rank performs its ranges of work and an equal part of

@@ -1,7 +1,8 @@
 // Gathers elements from all ranks repeatedly, usually with one exchange each time. In this
-// exchange, each rank sends its number of elements, and as many elements as there is room for. The
-// room of a rank is the number of its elements in the previous gather plus an eighth; in the first
-// gather, it is 0. A second exchange sends the remaining elements, if there are any.
+// exchange, each rank sends a header, which contains its number of elements, and as many elements
+// as there is room for. The room of a rank is nine eighths of the number of its elements in the
+// previous gather; in the first gather, it is 0. A second exchange sends the remaining elements, if
+// there are any.
 #pragma once
 
 #include <algorithm>
@@ -67,7 +68,7 @@ class GatherOnce {
     std::size_t failed = 0, size = 0;
     Note note{};
   };
-  // The elements of a rank follow its header in the buffer.
+  // The elements of a rank follow its header in the buffer, where they must be aligned.
   static_assert(sizeof(Header) % alignof(Element) == 0);
 
   std::size_t n_first(int rank) const {

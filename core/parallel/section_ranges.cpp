@@ -43,9 +43,8 @@ std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const Se
   return cuts;
 }
 
-// Replaces each new cut r by present[r] if the cost between the two is at most `tolerance` times
-// the mean cost of a range. A cut that would then precede the previous cut is moved to the previous
-// cut.
+// Replaces cuts[r] by present[r] if the cost between the two is at most `tolerance` times the mean
+// cost of a range. A cut that would then precede the previous cut is moved to the previous cut.
 void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
                 double tolerance, std::vector<std::size_t>& cuts) {
   const double most =

@@ -1,8 +1,8 @@
 // Division, among ranks, of pieces of work that form sections. Each section with a large fraction
-// of the total cost is cut into one contiguous range for each rank, and all other sections are cut
-// together. Each rank thus gets about an equal part of every expensive section. This balances
-// several phases of work if the cost of a section is distributed over its pieces in the same
-// proportions in all phases.
+// of the total cost is cut into one contiguous range for each rank. All other sections are cut
+// together: they are joined and cut like one section. Each rank thus gets about an equal part of
+// every expensive section. If the work has several phases, this balances each of them, provided
+// that the cost of a section is distributed over its pieces in the same proportions in all phases.
 #pragma once
 
 #include <cstddef>
@@ -20,9 +20,9 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
-// Like section_ranges() above, for as many ranges as `present` has. Keeps each boundary of
-// `present` if the cost between it and the new boundary is at most `tolerance` times the mean cost
-// per range of the sections that are cut together.
+// Like section_ranges() above, for as many ranges as `present` has. Keeps a boundary of `present`
+// if the cost between it and the new boundary is at most `tolerance` times the mean cost per range
+// of the sections that are cut together, and if it does not precede the boundary before it.
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              const SectionRanges& present, double tolerance);
 

@@ -24,7 +24,8 @@ struct IndexRange {
 };
 inline constexpr IndexRange all_indices = {0, std::numeric_limits<Index>::max()};
 
-// Returns the part of [0, n) that a rank computes. The sizes of all parts differ by at most one.
+// Returns the part of [0, n) that rank `rank` of `size` ranks computes. The sizes of all parts
+// differ by at most one.
 inline IndexRange even_share(Index n, int rank, int size) {
   const auto start = [&](int r) {
     return static_cast<Index>(static_cast<std::int64_t>(n) * r / size);

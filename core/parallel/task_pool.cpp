@@ -205,14 +205,16 @@ void PoolRun::perform_task(int worker, Tests& stack) {
   busy_ += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
 }
 
-// Stores the current exception if it is the first one on this rank.
+// Stores the current exception if it is the first one on this rank. From then on, the workers of
+// this rank discard their tests.
 void PoolRun::note_failure() {
   const std::lock_guard lock(failing_);
   if (!failure_) failure_ = std::current_exception();
   failed_ = true;
 }
 
-// Turns tests at the bottom of the stack into tasks while the stack exceeds the threshold.
+// Turns tests at the bottom of the stack into tasks while the stack exceeds the threshold. Does
+// nothing if there is only one thread on one rank.
 void PoolRun::share(Tests& stack) {
   if (!several() && team_.threads <= 1) return;
   for (Index most = stack_threshold(options_, tasks_.size());
@@ -224,8 +226,8 @@ void PoolRun::share(Tests& stack) {
   }
 }
 
-// Handles all messages that have arrived and asks for work if a worker has none. Returns whether
-// any message has arrived.
+// Handles all messages that have arrived. Then asks for a task if a worker is idle, the pool is
+// empty and no earlier request is unanswered. Returns whether any message has arrived.
 bool PoolRun::poll() {
   bool any = false;
   while (mailbox_.receive(message_)) {
@@ -309,8 +311,8 @@ void PoolRun::answer(int rank) {
   mailbox_.send(rank, message.data(), message.size());
 }
 
-// Contributes to the current wave if this rank has no work. Rank 0 then ends the run or starts the
-// next wave.
+// Contributes to the current wave if this rank has no work and the counts of its children have
+// arrived. Rank 0 then ends the run or starts the next wave.
 void PoolRun::contribute() {
   if (!termination_.ready() || ended_ || !tasks_.passive()) return;
   termination_.contribute(report_.transfers, report_.received);

@@ -1,7 +1,7 @@
 // Termination detection of the task pools: the four-counter method [Mattern1987]. Waves sum the
 // numbers of tasks sent and received, along a tree of ranks. A rank contributes to a wave only
-// while it has no work. All work is done if the number of sent tasks in one wave equals the
-// number of received tasks in the preceding wave. Messages may arrive late and in any order.
+// while it has no work. All work is done if one wave counts as many sent tasks as the preceding
+// wave counted received tasks. Messages may arrive late and in any order.
 #pragma once
 
 #include <algorithm>

@@ -14,8 +14,8 @@ namespace {
 constexpr double disturbed = 0.8, undisturbed = 0.95;
 constexpr double least_window = 10e-3;  // length of the shortest reliable measurement [s]
 // Limits of the minimum time on one thread before all threads are tried again [s]. This time
-// doubles with every failed trial, because a trial can take several times as long as a step on one
-// thread.
+// doubles with every failed trial, because steps of a failed trial can take several times as long
+// as on one thread.
 constexpr double shortest_stay = 0.1, longest_stay = 10.0;
 
 double running_time() {

@@ -61,8 +61,9 @@ void BulletWorld::updateAabbs() {
 }
 
 // Sets the coefficient of restitution of a contact point, given that of the two bodies
-// (`restitution`). Bullet computes the speed of the rebound as the coefficient of the point times
-// the approach speed, which includes the kicks. If the bodies bounce, a positive gap is set to 0.
+// (`restitution`). Bullet multiplies the coefficient of the point by an approach speed that
+// includes the kicks. The coefficient is therefore the speed of the rebound (see Kicks) divided by
+// this approach speed, or 0 if the bodies do not bounce. If they bounce, sets a positive gap to 0.
 void BulletWorld::set_restitution(const btPersistentManifold& manifold, double restitution,
                                   const btContactSolverInfo& info, btManifoldPoint& point) const {
   const auto& a = static_cast<const btRigidBody&>(*manifold.getBody0());

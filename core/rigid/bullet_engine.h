@@ -14,9 +14,10 @@
 
 namespace loomstone {
 
-// Bullet's world with tight bounding boxes. The box of a shape is enlarged by the contact distance
-// of the shape (Bullet's contact breaking threshold), which is proportional to the shape's size and
-// at most 2 cm. Bullet would always use 2 cm. The tree of boxes contains a still larger box of each
+// Bullet's world with tight bounding boxes. The box of a shape encloses the shape at the start of
+// the step and, if it keeps its velocities, at the end. It is enlarged by the contact distance of
+// the shape (Bullet's contact breaking threshold), which is proportional to the shape's size and at
+// most 2 cm. Bullet would always use 2 cm. The tree of boxes contains a still larger box of each
 // body, with a few further contact distances on each side. This larger box is updated only when the
 // smaller one leaves it or when it has become far too large. Bullet would enlarge the box of a
 // moving body by 5 cm, so the box of a small body could overlap hundreds of neighbours.
@@ -27,11 +28,11 @@ namespace loomstone {
 // pose differences with an arc cosine, which amplifies rounding errors to a rotation of 1e-8 rad
 // per step.
 //
-// Restitution excludes the kicks of the step (velocity changes by forces), as it excludes gravity:
-// forces that press two bodies together do not make them bounce. A body bounces in the step in
-// which it reaches the other body, even if there is still a gap at the start of the step. Without
-// this rule, Bullet would brake the body to the speed that closes the gap in this step, and the
-// body would not rebound.
+// Restitution does not act on the kicks of the step (velocity changes by forces), nor on gravity,
+// because forces that press two bodies together should not make them bounce. A body bounces in the
+// step in which it reaches the other body, even if there is still a gap at the start of the step.
+// Without this rule, Bullet would brake the body to the speed that closes the gap in this step, and
+// the body would not rebound.
 //
 // Bullet's continuous detection is not used. It sweeps a sphere by an iteration. If the sphere
 // slides along a surface, this iteration does not converge, and the body is stopped or deflected.
@@ -60,8 +61,8 @@ class BulletWorld : public btDiscreteDynamicsWorld {
 
  protected:
   void saveKinematicState(btScalar) override {}
-  // Sets the interpolation transforms of bodies and obstacles to their poses at the end of the step
-  // if nothing touches them. Bullet's function leaves out obstacles.
+  // Sets the interpolation transforms of bodies and obstacles to the poses to which their present
+  // velocities lead in the step. Bullet's function leaves out obstacles.
   void predictUnconstraintMotion(btScalar step) override;
   void solveConstraints(btContactSolverInfo& info) override;
   void integrateTransforms(btScalar step) override;

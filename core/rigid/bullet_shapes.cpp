@@ -32,9 +32,9 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  // A hull with more than most_polyhedron_vertices vertices, but at most this many, is searched for
-  // true corners. Even larger hulls count as round without this search, whose time is proportional
-  // to the square of the number of faces.
+  // A hull with more than most_polyhedron_vertices vertices, but at most this many, is replaced by
+  // the hull of its true corners if these are few enough. Even larger hulls always count as round,
+  // because the time to find the corners is proportional to the square of the number of faces.
   constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = ConvexPolyhedron(vertices, faces).corners();
@@ -54,7 +54,7 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
 }
 
 // Returns the corners of a box in the body frame, whose axes are the columns of `principal`.
-// `offset` is the position of the middle of the box relative to the centre of mass.
+// `offset` is the position of the middle of the box relative to the centre of mass, in mesh axes.
 std::vector<Vec3> box_corners(const Vec3& half, const Vec3& offset, const Mat3& principal) {
   std::vector<Vec3> corners = box_polyhedron(half).points;
   for (Vec3& corner : corners) corner = principal.transpose() * (offset + corner);

@@ -9,10 +9,10 @@ namespace loomstone {
 
 // Bullet bounds the friction of a contact separately along two directions: that of the sliding
 // velocity at the start of the step and the perpendicular one. If other contacts turn the sliding
-// velocity, friction along the second direction would oppose this turn, with up to the same force.
-// A body that slides and spins would then keep the ratio of the two motions. This solver bounds the
-// length of the friction impulse instead. Friction then opposes the sliding velocity of its own
-// contact, apart from changes in the direction of this velocity within a step.
+// velocity, friction along the second direction would oppose this turn, with a bound as large as
+// along the first. A body that slides and spins would then keep the ratio of the two motions. This
+// solver bounds the length of the friction impulse instead. Friction then opposes the sliding
+// velocity of its own contact, apart from changes in the direction of this velocity within a step.
 class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
  protected:
   void convertContacts(btPersistentManifold** manifolds, int n_manifolds,
@@ -23,15 +23,15 @@ class ConeFrictionSolver : public btSequentialImpulseConstraintSolver {
                                 const btContactSolverInfo& info, btIDebugDraw* drawer) override;
 
  private:
-  // Corrects the friction impulses of a contact, whose rows are `first` and the next one. Returns
-  // the square of the largest change of velocity [m^2/s^2].
+  // Corrects the two friction impulses of a contact. Its friction rows are `first` and `first` + 1.
+  // Returns the square of the larger change of sliding velocity along the two rows [m^2/s^2].
   btScalar correct(int first);
   // Returns the change of a row's impulse that stops the sliding along its direction [N s].
   btScalar stopping(const btSolverConstraint& row);
   void apply(btSolverConstraint& row, btScalar impulse);
 
-  // Impulses that count as normal impulses for friction, but that the solver does not apply,
-  // because opposite contacts would balance them (see squeezed_contacts.h) [N s].
+  // (contacts) Impulses that count as normal impulses for friction, but that the solver does not
+  // apply, because opposite contacts would balance them (see squeezed_contacts.h) [N s].
   std::vector<btScalar> squeezes_;
 };
 

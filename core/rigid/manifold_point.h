@@ -10,10 +10,11 @@
 namespace loomstone {
 
 // Returns a contact point of the two bodies of a manifold. `normal` points from the second to the
-// first body, and the positions are points on the two bodies in world coordinates.
+// first body. `on_first` and `on_second` are points on the two bodies, in world coordinates.
 btManifoldPoint manifold_point(const btPersistentManifold& manifold, const btVector3& on_first,
                                const btVector3& on_second, const btVector3& normal);
-// Makes `point` continue from the impulses of `before`, a point of the previous step.
+// Makes `point` the continuation of `before`, a point of the previous step: copies the impulses
+// from which the solver starts, m_prevRHS and the life time.
 void continue_from(const btManifoldPoint& before, btManifoldPoint& point);
 
 }  // namespace loomstone

@@ -10,12 +10,13 @@ namespace loomstone {
 
 // Bullet's algorithms create contacts only where shapes overlap or nearly touch, so fast bodies
 // would sink into each other or pass through each other. If two shapes have no contact and move
-// relative to each other by more than Bullet's contact breaking threshold, this algorithm searches
-// for overlaps during the step and at its end. It creates the contacts of the first overlap, with
-// their gaps at the start of the step. Contacts whose gap at the start is not positive are left
-// out. The search divides the step into equal parts and tests the shapes at the end of each part.
-// In a part, the shapes move relative to each other by at most the smaller of their inner radii
-// (step_motion.h), unless this would need more than 32 parts. Surfaces have no inner radius.
+// relative to each other by more than Bullet's contact breaking threshold, this algorithm divides
+// the step into equal parts and tests the shapes at the end of each part. At the earliest of these
+// times at which the shapes overlap, it takes those contact points of Bullet's algorithm that
+// overlap, and moves them back with the shapes to the start of the step. Points whose gap is not
+// positive there are left out. In a part, the shapes move relative to each other by at most the
+// smaller of their inner radii (step_motion.h), unless this would need more than 32 parts. Surfaces
+// have no inner radius.
 class PairAlgorithms {
  public:
   // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.

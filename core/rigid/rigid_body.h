@@ -39,7 +39,8 @@ struct RigidBody {
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  // Contact distance to cloth [m]; 0: the largest thickness of a cloth, or 1 mm without cloth.
+  // Thickness in contacts with cloth [m]; the contact distance is the mean of this and the cloth's
+  // thickness. 0: the largest thickness of a cloth, or 1 mm without cloth.
   double thickness = 0.0;
   std::optional<Look> look;
 
@@ -170,8 +171,8 @@ class RigidWorld {
   // caller must compute the free rotation of the bodies. Throws InvalidInput for fields out of
   // range, quaternions without unit length, missing meshes or parts, meshes that mass_properties()
   // rejects, spheres whose mesh is not round, boxes whose mesh is not a box, and flat hulls.
-  // `axes` is empty or has an entry for each body. A body with an axis (unit vector, fixed in
-  // space) only turns about it: its centre of mass does not move. The axis must be a principal axis
+  // `axes` is empty or has an entry for each body. A body with an axis (unit vector in world
+  // axes) only turns about it: its centre of mass does not move. The axis must be a principal axis
   // of the body's inertia.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations,

@@ -168,9 +168,10 @@ bool RigidWorld::Data::turns_freely(std::size_t body) const {
          m.maxCoeff() - m.minCoeff() > equal * m.maxCoeff();
 }
 
-// Applies gyroscopic torques to the velocities of the bodies. Bullet's own gyroscopic torques lose
-// energy and angular momentum, and Bullet turns no body by more than a quarter of pi in a step.
-// Returns the free motion of each body.
+// Applies gyroscopic torques to the angular velocities of the bodies, and returns the free motion
+// of each body. Sets FreeMotion::orientation for bodies that Bullet would turn wrongly: its own
+// gyroscopic torques lose energy and angular momentum, and it turns no body by more than a quarter
+// of pi in a step.
 std::vector<FreeMotion> RigidWorld::Data::begin_free_motion(double step, const RigidState& state) {
   constexpr double largest_turn = 0.25 * M_PI * (1.0 - 1e-9);  // turn that Bullet makes fully [rad]
   std::vector<FreeMotion> free;

@@ -15,12 +15,12 @@ namespace {
 constexpr btScalar modulus = 1e8;
 // Overlap that counts as rounding, as a fraction of the width of the body.
 constexpr btScalar rounding = 1e-4;
-// Largest overlap that counts as squeezed, in the same unit. Our choice: bodies that overlap more
-// have partly passed a surface.
+// Largest overlap that counts as squeezed, as a fraction of the width of the body. Our choice:
+// bodies that overlap more have partly passed a surface.
 constexpr btScalar deepest_squeeze = 0.2;
 // Smallest cosine of the angle between normals of contacts of one group, and largest cosine of the
-// angle between the normals of opposite groups. Our choice: jaws may be inclined to each other by
-// 14 degrees.
+// angle between the normals of opposite groups. Our choice: the two surfaces that squeeze a body
+// may be inclined to each other by 14 degrees.
 constexpr btScalar parallel = 0.99, opposite = -0.97;
 constexpr btScalar infinite = std::numeric_limits<btScalar>::infinity();
 
@@ -38,14 +38,14 @@ struct ContactGroup {
   btVector3 normal;                    // of the first contact
   btScalar friction = infinite;        // smallest friction coefficient [1]
   btScalar depth = -infinite;          // of the deepest held contact [m]
-  btVector3 centre = {0.0, 0.0, 0.0};  // centre of pressure of springs in the contacts [m]
-  btScalar weight = 0.0;               // sum of the weights of the points in this centre [m]
+  btVector3 centre = {0.0, 0.0, 0.0};  // centre of pressure if each contact were a spring [m]
+  btScalar weight = 0.0;               // sum of the weights of the contacts in `centre` [m]
   std::vector<int> opposites = {};     // groups on the opposite side of the body
 };
 
 // The contacts of a solver. Depths are overlaps, negative for gaps [m]. A contact is held if each
-// of its bodies has a held contact on the opposite side, the two depths have a positive sum, and
-// such contacts lead to an obstacle. Obstacles hold every contact.
+// of its bodies has a held contact on the opposite side, the two depths have a positive sum, and a
+// chain of held contacts leads to an obstacle. Obstacles hold every contact.
 class ContactNetwork {
  public:
   explicit ContactNetwork(const ContactRows& contacts) : contacts_(contacts) {
@@ -75,7 +75,8 @@ class ContactNetwork {
       if (groups_[g].depth > (found ? found->depth : -infinite)) found = &groups_[g];
     return found;
   }
-  // Returns the distance between a group and the one on the opposite side [m].
+  // Returns the distance between the centres of the group of `side` and the opposite group `other`,
+  // along the normal of `side` [m].
   btScalar width(const ContactSide& side, const ContactGroup& other) const {
     return std::abs(side.normal.dot(groups_[side.group].centre - other.centre));
   }
@@ -117,8 +118,9 @@ class ContactNetwork {
           groups_[h].opposites.push_back(static_cast<int>(g));
         }
   }
-  // Two groups squeeze a body if the line between them lies in both cones of friction. Otherwise,
-  // they turn the body or push it out. The tolerance of the cones is that of parallel normals.
+  // Two groups squeeze a body if their normals are opposite and the line between their centres lies
+  // in both cones of friction. Otherwise, they turn the body or push it out. The tolerance of the
+  // cones is that of parallel normals.
   static bool are_opposite(const ContactGroup& a, const ContactGroup& b) {
     const btVector3 line = b.centre - a.centre;
     const btScalar slope = std::min(a.friction, b.friction) + std::sqrt(1.0 - parallel * parallel);
@@ -129,7 +131,8 @@ class ContactNetwork {
            in_cone(-b.normal.dot(line));
   }
 
-  // Marks contacts that one of their bodies does not hold. Returns whether there were any.
+  // Releases contacts that one of their bodies does not hold: sets their held_ to false. Returns
+  // whether there were any.
   bool release() {
     for (ContactGroup& group : groups_) group.depth = -infinite;
     for (const ContactSide& side : sides_)
@@ -143,7 +146,8 @@ class ContactNetwork {
     }
     return any;
   }
-  // Marks contacts that no chain of held contacts joins to an obstacle, such as those of a ring.
+  // Releases contacts that no chain of held contacts joins to an obstacle, such as contacts between
+  // bodies in a ring.
   void release_unreached() {
     std::vector<int> n_sides(depths_.size(), 0);
     for (const ContactSide& side : sides_) ++n_sides[side.row];
@@ -174,8 +178,8 @@ std::vector<btScalar> relieve_squeezed(const ContactRows& contacts, btScalar ste
   const int n = contacts.rows.size();
   const ContactNetwork network(contacts);
   // For each contact: the mean of its depth and that of the deepest opposite contact, the larger of
-  // the two, and the width of the body (smallest mean and width, and largest depth, of its bodies).
-  // Infinite widths: the contact is not held.
+  // these two depths, and the width of the body. If the contact has two bodies: the smaller mean,
+  // the larger depth and the smaller width. Infinite width: the contact is not held.
   std::vector<btScalar> means(n, infinite), deepest(n, 0.0), widths(n, infinite);
   for (const ContactSide& side : network.sides()) {
     if (!network.held(side.row)) continue;

@@ -42,7 +42,7 @@ class Stepping {
 struct Simulation::Data {
   IntegratorOptions options;  // options.step() is steps.largest, even if steps are automatic
   StepChoice steps;
-  std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
+  std::map<std::string, std::string> digests;  // hashes of fields; see scene_digest.h
   Team team;
   std::shared_ptr<const Communicator> communicator;
   Decomposition decomposition = Decomposition::Predicted;

@@ -35,8 +35,9 @@ class Simulation {
              Decomposition decomposition = Decomposition::Predicted);
   ~Simulation();
 
-  // Advances by one step. Throws InvalidInput if users have written invalid values to state(). If
-  // the step fails, restores the state at the start of the step and throws SolverFailure.
+  // Advances by one step. Throws InvalidInput if users have written invalid values to state(), and
+  // Unsupported if another thread is in step(). If the step fails, restores the state at the start
+  // of the step and throws SolverFailure.
   void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
@@ -46,12 +47,13 @@ class Simulation {
   double stable_step() const;
   int threads() const;
   const Communicator& communicator() const;
-  // Sets whether the motion that certification receives is stored, until restore() or
-  // rebuild_stages() stops this. collision_motion() returns the motion that was stored last, or one
-  // without vertices if none was stored, or if the scene has no cloth or no collision handling.
+  // Sets whether the motion that certification receives is stored. restore() and rebuild_stages()
+  // end this and discard the stored motion. collision_motion() returns the motion that was stored
+  // last, or one without vertices if there is none, for example because the scene has no cloth.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
-  // Returns CollisionStage::hierarchy_bytes(), or 0 if nothing collides.
+  // Returns CollisionStage::hierarchy_bytes(), or 0 if there is no CollisionStage (see
+  // Engines::collision).
   std::size_t hierarchy_bytes() const;
   // Memory that one part of the simulation occupies on this rank.
   struct MemoryPart {
@@ -60,7 +62,9 @@ class Simulation {
   };
   std::vector<MemoryPart> memory() const;
   Decomposition decomposition() const;  // how ranks divide the search for contacts and impacts
-  const StepReport& report() const;     // report of the last step
+  // Returns the report of the last step. Its energies, energy account, strains and circuit values
+  // are those of the current state.
+  const StepReport& report() const;
   // Returns whether a checkpoint can be taken: there are no bodies, or the number of completed
   // steps is a multiple of Scene::rigid_rebuild_interval, so the rigid-body world has just been
   // rebuilt.
@@ -82,8 +86,11 @@ class Simulation {
   // poses of obstacles, and forces and torques on bodies are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
-  void gather();  // Collective. Sends the rows that each rank owns to all other ranks.
-  // Returns the number of iterations of parallel loops, and of tests of TaskPool, on this rank.
+  // Collective. Sends what users have written to state() to all ranks now, not only in the next
+  // step. Also completes cloth.previous_bending on every rank.
+  void gather();
+  // Returns how many iterations of parallel loops and how many tests of TaskPool this rank has run
+  // within steps.
   std::int64_t loop_iterations() const;
 
   Points positions() const;  // (n x 3) [m], a copy

@@ -18,7 +18,10 @@ NAME = re.compile(r"[A-Za-z_][\w.]*(\(\))?")
 
 
 def inline(text: str) -> str:
-    """Escapes special characters of reStructuredText, and marks text in backticks as code."""
+    """Escapes special characters of reStructuredText, and converts text in backticks.
+
+    A name in backticks becomes a cross-reference, and other text in backticks becomes code.
+    """
     pieces = text.split("`")
     if len(pieces) % 2 == 0:
         raise ValueError(f"a docstring has an odd number of backticks: {text}")

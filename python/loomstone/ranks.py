@@ -34,7 +34,8 @@ def __dir__() -> list[str]:
     return __all__
 
 
-# Error types, indexed by their numbers in core/parallel/agreement.cpp; None means no failure.
+# Error types, indexed by their numbers in core/parallel/agreement.cpp; None means no failure. The
+# last number is that of StepFailure, which is a SolverFailure in Python.
 _KINDS = (
     None,
     Error,
@@ -55,15 +56,16 @@ def launched_rank() -> int:
     return next((_count(name) for name in names if name in os.environ), 0)
 
 
-# Open MPI sets this variable to "none" if it does not bind ranks to processors.
+# Open MPI sets this variable to "none" if it was told not to bind ranks to processors (mpirun
+# --bind-to none).
 _BINDING = "OMPI_MCA_hwloc_base_binding_policy"
 
 
 def default_threads() -> int:
     """Returns the number of threads that this rank should use.
 
-    This is the number in OMP_NUM_THREADS or, without it, the number of processors in the share of
-    this rank.
+    This is the number in the environment variable OMP_NUM_THREADS or, without it, the number that
+    processors_of_rank() returns.
     """
     return threads_in_environment() or processors_of_rank()
 
@@ -138,7 +140,7 @@ def check_same(ranks: Communicator, call: str, **given: object) -> None:
 def share_failure(ranks: Communicator, failure: Exception) -> None:
     """Reports a failure to the other ranks, unless all ranks have agreed on it already.
 
-    If the other ranks do not respond, all ranks are terminated.
+    If the other ranks do not respond within ten seconds, all ranks are terminated.
     """
     if ranks.size > 1 and ranks.agreed != str(failure):
         ranks.agree(*_described(failure))

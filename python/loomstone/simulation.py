@@ -64,8 +64,8 @@ class Simulation(_core.Simulation):
     be simulated but looks like a mistake, for example if bodies overlap at the start. `positions`,
     `velocities` and `external_forces` are copies that can be assigned. `state` provides views of
     the internal tables. `scene` and `integrator` are those in use and cannot be replaced.
-    `preparation_seconds` is the wall time in which the simulation was built, without the search for
-    such mistakes [s].
+    `preparation_seconds` is the wall time of building the simulation, without the search for likely
+    mistakes [s].
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -176,6 +176,7 @@ class Simulation(_core.Simulation):
         request, pictures.
 
         out : directory
+        rate : frames per second of simulated time [1/s]
         overwrite : replace an existing run
         resume : continue an existing run; the result is bit-identical to that of an uninterrupted
             run. A longer duration extends the run. Raises CacheError unless scene, integrator and

@@ -4,9 +4,9 @@
 
 The scene `ribbon` runs once for each interval (length of a step [s]). Each sampled step has a row
 with numbers of pairs of features:
-- overlap: their 18-DOPs overlap over the next interval. The 18-DOPs enclose half the thickness and
-  the motion that the search assumes: 1.5 times the velocity, with an allowance for velocities that
-  change.
+- overlap: their 18-DOPs overlap over the next interval. The 18-DOPs enclose the motion that the
+  search assumes (at 1.5 times the velocity), enlarged by half of the sum of the thickness and of an
+  allowance for velocities that change.
 - constant: their 18-DOPs overlap at constant velocity, without the allowance
 - reach: their distance is also small enough for a contact within the interval (the candidates of
   core/collision/approach.h)

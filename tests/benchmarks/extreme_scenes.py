@@ -131,7 +131,7 @@ def struck(mass: float, limit: float = 0.05) -> ls.Scene:
 
 
 def pile(limit: float, seed: int = 3) -> ls.Scene:
-    """Six bodies of up to 2 kg and two towels that fall on a floor together.
+    """Six bodies of up to 2 kg and two towels that fall on a floor and onto one another.
 
     The strain limits of the towels are `limit` (shear: twice that).
     """

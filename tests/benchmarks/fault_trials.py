@@ -58,7 +58,8 @@ class Whole:
         self.length = (self.out / "run.vtkhdf").stat().st_size
 
     def resumed(self, out: Path) -> str:
-        """Completes an interrupted run and compares it with this one.
+        """Resumes an interrupted run, or repeats it if it left no run file. Compares the completed
+        run with this one.
 
         Returns a phrase for what the interruption left: all frames, some, none, or no run file.
         """
@@ -84,7 +85,7 @@ def digest(out: Path) -> str:
 def killed(whole: Whole, out: Path, seed: int, kills: int = 0) -> str:
     """Kills a run at random moments, each time after starting or resuming it, then completes it.
 
-    kills : number of kills; 0: one or two
+    kills : number of kills; 0: one for even seeds, two for odd ones
     """
     chance = random.Random(seed)
     words: list[Any] = ["run", whole.scene, "--out", out, "--threads", 1]

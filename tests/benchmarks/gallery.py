@@ -2,11 +2,11 @@
 
     python tests/benchmarks/gallery.py [--scenes drape twist --out docs]
 
-Runs the given scenes or, by default, all scenes that OUT/gallery.json does not list, so that an
-interrupted call continues. Each scene runs with its default parameters on one thread. One frame of
-each run is drawn as OUT/images/scenes/NAME.jpg. For each scene, OUT/gallery.json lists the number
-of cloth triangles, the number of bodies and obstacles, the simulated time, the instant of the
-picture and the processor time. All scenes together take about 20 minutes.
+Runs the given scenes or, by default, all scenes that OUT/gallery.json does not list, so that a new
+call continues an interrupted one. Each scene runs with its default parameters on one thread. One
+frame of each run is drawn as OUT/images/scenes/NAME.jpg. For each scene, OUT/gallery.json lists the
+number of cloth triangles, the number of bodies and obstacles, the simulated time, the instant of
+the picture and the processor time. All scenes together take about 20 minutes.
 """
 
 from __future__ import annotations

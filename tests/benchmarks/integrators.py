@@ -42,7 +42,9 @@ class Swing(NamedTuple):
 
     @property
     def kept(self) -> float:
-        """1 + (E - E0) / FALL; E: mean of the last tenth of `energies`; E0: first energy."""
+        """Energy kept: 1 + (E - E0) / FALL, where E is the mean of the last tenth of `energies`,
+        and E0 is the first of them.
+        """
         late = self.energies[-max(1, len(self.energies) // 10) :]
         return 1.0 + float(np.mean(late) - self.energies[0]) / FALL
 

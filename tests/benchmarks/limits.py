@@ -1,5 +1,5 @@
-"""Strain limits at several mesh sizes (table 3.1 of [Thomaszewski2010]): sweeps, times and
-remaining excess of each method.
+"""Strain limits at several mesh sizes: sweeps and times of each method, as in table 3.1 of
+[Thomaszewski2010], and the remaining excess.
 
     python tests/benchmarks/limits.py --triangles 900 3600 14400 --duration 1.0
     python tests/benchmarks/limits.py --triangles 900 3600 14400 36000 100000 --start 0.32

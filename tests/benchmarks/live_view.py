@@ -7,7 +7,7 @@ The simulation starts after the page has been drawn a few times, because a brows
 compile the shaders. Every line shows one span of elapsed time, but its first two columns are means
 over at most the last 10 s. Chromium draws without a GPU here, so its threads compete with the
 simulation for the processors. The last two columns show the processor time of the simulation and of
-Chromium per second.
+Chromium per second of elapsed time.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ THESIS = {
     "levitation": (142, 0.33, 0.02, 5.97),
     "dragon": (1824, 53.1, 2.76, 6.72),
 }
-# Further scene parameters that reproduce the scenes of [Thomaszewski2010].
+# Scene parameters other than the defaults, with which scenes use cells as in [Thomaszewski2010].
 AS_CELLS: dict[str, dict[str, str]] = {"figures": {"response": "explicit"}}
 
 

@@ -6,7 +6,8 @@ same pairs of rotated cuboids.
 
 Prints the processor time per point [ns] (the minimum of the repeats), the ratio of the times, and
 the median relative difference of the two fields. Then prints the time [ms] and the relative error
-of forces. magpylib divides the magnet on which a force acts into 1,000 and into 10,000 cells.
+of forces, compared with the table i_cuboid_general_FT.json in shared/data/magnets. magpylib divides
+the magnet on which a force acts into 1,000 and into 10,000 cells.
 """
 
 import argparse

@@ -32,7 +32,10 @@ def owners(sim: ls.Simulation) -> NDArray[np.int64]:
 
 
 def colors(triangles: NDArray[np.int32], parts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Returns a colour index for each triangle. Parts that share a vertex differ in colour."""
+    """Returns a colour index for each triangle. Parts that share a vertex differ in colour.
+
+    `parts` contains the part of each triangle, a number below RANKS.
+    """
     touching = np.zeros((triangles.max() + 1, RANKS), bool)
     for corner in triangles.T:
         touching[corner, parts] = True
@@ -69,7 +72,10 @@ def painted(sim: ls.Simulation, scene: ls.Scene, positions: NDArray[np.float64])
 
 
 def partitions(name: str, options: argparse.Namespace, times: tuple[float, ...]) -> Pictures:
-    """Returns pictures of the partitions of a scene at times [s]."""
+    """Returns pictures of the partitions of a scene at `times` [s].
+
+    Times after --duration are replaced by it.
+    """
     file = opened(name, options)
     scene = file.scene()
     sim = ls.Simulation(scene, integrator=file.integrator)

@@ -1,5 +1,5 @@
-"""Functions shared by the benchmarks: they parse the options with --smoke, exit if something is
-missing, and return the mpirun command for several ranks.
+"""Functions shared by the benchmarks: they add the option --smoke and parse the options, exit if
+something is missing, and return the mpirun command for several ranks.
 
 With --smoke a program defaults to tiny sizes and ends within seconds; the tests run it this way.
 Exit status 77 means that something that the program needs is missing; a message on the standard
@@ -21,7 +21,7 @@ SCENES = ROOT / "scenes"
 SHARED = ROOT.parent / "shared"  # external data sets and programs, next to the project directory
 
 
-# Lets mpirun start programs as root, as in containers.
+# Environment variables that allow root to use mpirun. In many containers, root is the only user.
 AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 

@@ -8,8 +8,8 @@ Errors are relative to the force that loomstone computes with 20 cells per edge 
 times are those of loomstone with 8 cells per edge, and of magpylib-material-response with 4 to 16
 cells per edge (--edges), increased until the error is below 0.5 %. Both programs set up the cube,
 solve for its magnetisation and compute the force. For loomstone, the time without the set-up is
-also listed; a further position of the same cube takes only this time. Prints processor times [ms],
-errors and ratios of the times.
+also listed; a further position of the same cube takes only this time. Prints processor times [ms]
+(for loomstone, the smallest of --repeats), errors and ratios of the times.
 """
 
 import argparse

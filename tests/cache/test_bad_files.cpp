@@ -1,5 +1,5 @@
-// Tests of the errors that files cause if they are missing, foreign, of another version, truncated
-// or damaged, or if they cannot be written, for example because the disk is full.
+// Tests of files that are missing, foreign, of another version, truncated or damaged, and of files
+// that cannot be written, for example because the disk is full.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -33,8 +33,8 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
   }
 }
 
-// tests/python/runs/test_cache_vtk.py reads this run with VTK's own reader and compares its values
-// with the formulas of the example.
+// tests/python/runs/test_cache_vtk.py sets LOOMSTONE_EXAMPLE_RUN, reads the run with VTK's own
+// reader and compares its values with the formulas of the example.
 TEST_CASE("an example run for other programs can be kept") {
   const char* directory = std::getenv("LOOMSTONE_EXAMPLE_RUN");
   if (!directory) return;

@@ -41,7 +41,8 @@ void record(int descriptor, Change change) {
 
 }  // namespace
 
-// These functions replace those of the C library in this program.
+// These functions replace those of the C library in this program, to record changes and to let a
+// write fail.
 extern "C" ssize_t pwrite(int descriptor, const void* buffer, std::size_t count, off_t at) {
   const auto* bytes = static_cast<const unsigned char*>(buffer);
   if (writes_until_full >= 0 && writes_until_full-- == 0) {
@@ -116,8 +117,8 @@ struct Pieces {
 }  // namespace
 
 // All cases but the first add frames across a boundary in the files. With compression, a page of a
-// chunk index describes about 100 frames, and an index is split after 512 frames. Without
-// compression, a block contains 16 frames, and tables have 1024 rows per block.
+// chunk index (a B-tree node of HDF5) describes about 100 frames, and a node is split after 512
+// frames. Without compression, a block contains 16 frames, and tables have 1024 rows per block.
 TEST_CASE("a run is complete after every page that its writer writes") {
   struct Case {
     int compression, from, to;
@@ -141,7 +142,7 @@ TEST_CASE("a run is complete after every page that its writer writes") {
   CHECK(pieces.n_checks > 40 * (to - from));
 }
 
-// With compression, the chunk index is split while the frames are added.
+// With compression, a node of the chunk index is split while the frames are added.
 TEST_CASE("a reader that stays open returns the frames that it has found, while a run grows") {
   const int compression = GENERATE(0, 1), from = 960, to = 1060;
   CAPTURE(compression);

@@ -51,7 +51,8 @@ class JournalFile {
 
 struct Record {
   std::uint64_t address, count;
-  std::uint64_t n_bytes;  // bytes that follow address and count; `count` in a valid record
+  // Number of bytes that follow address and count. It equals `count` if the record is valid.
+  std::uint64_t n_bytes;
 };
 
 Bytes records_of(const std::vector<Record>& records) {

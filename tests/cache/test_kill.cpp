@@ -96,7 +96,7 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     }
   }
   CHECK(n_killed == number_of_kills(20));
-  CHECK(most > 0);  // some kills came while frames were being written
+  CHECK(most > 0);  // at least one kill came after a frame was written
 }
 
 TEST_CASE("a run killed and continued repeatedly ends with the content of an uninterrupted one") {

@@ -60,8 +60,8 @@ TEST_CASE("the rate of drag is the drag divided by mass and relative velocity") 
 }
 
 TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
-  // From rest, the equation m dv/dt = m g - c v^2 with c = rho C A / 2, where rho is the density of
-  // the air, C is normal_drag and A the area, has the solution
+  // The sheet obeys m dv/dt = m g - c v^2 with c = rho C A / 2. Here rho is the density of the air,
+  // C is normal_drag, and A is the area. From rest, the solution is
   //   v = v_t tanh(g t / v_t) with v_t = sqrt(m g / c).
   const TriangleMesh mesh = grid_cells(0.4, 0.5, 2, 2);
   Air air;

@@ -118,17 +118,17 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
     CHECK(contacts.n_impulses() > 0);
     CHECK(x(0, 2) > 0.0);
     CHECK(u(0, 2) >= 0.0);
-    // An impulse makes a pair separate at no more than 0.1 thickness per step (0.08 m/s).
-    // The bound leaves a margin.
+    // An impulse makes a pair separate by at most a tenth of the thickness per step (0.08 m/s). The
+    // bound leaves a margin.
     CHECK(u(0, 2) < 0.2);
     CHECK(u(1, 2) == -2.0);
   }
 }
 
 TEST_CASE("at events, a vertex beside an edge of a face is pushed along the normal of the face") {
-  // The vertex is 1 mm above a point of the face that is 1 mm from one edge of the face. On both
-  // edges that end at the vertex, the vertex is the point closest to that edge of the face. Its
-  // distance of 1.4 mm from that edge is less than the thickness of 2 mm.
+  // The vertex is 1 mm above the face, over a point that is 1 mm from edge E of the face. Its
+  // distance of 1.4 mm from E is less than the thickness of 2 mm. The two cloth edges that end at
+  // the vertex are closest to E at the vertex itself, so their pairs with E exert no impulse.
   Points corners(3, 3), above(3, 3);
   corners << 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0;
   above << 0.04, 0.001, 0.001, 0.03, 0.002, 0.05, 0.05, 0.002, 0.05;

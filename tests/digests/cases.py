@@ -85,7 +85,10 @@ def falling(
     response: str = "implicit",
     bending: str = "mid-edge",
 ) -> ls.Scene:
-    """A sheet that meets a sphere in the first steps, a box that falls on it, and a floor below."""
+    """Returns a scene in which a sheet meets a sphere in the first steps.
+
+    A box falls on the sheet, and a floor lies below.
+    """
     mesh = ls.grid(size=(0.3, 0.3), triangles=450).moved((0, 0, 0.1015))
     cotton = ls.ClothMaterial(
         weft_stiffness=200,

@@ -25,7 +25,7 @@ def compiler() -> str:
 
 
 def libraries() -> list[Path]:
-    """Returns the resolved paths of the loaded numerical libraries."""
+    """Returns the resolved paths of the loaded libraries whose names match LIBRARIES."""
     mapped = Path("/proc/self/maps").read_text().split()
     return sorted({Path(word).resolve() for word in mapped if LIBRARIES.search(word)})
 

@@ -1,4 +1,6 @@
-"""One thread, two threads and two ranks reproduce the recorded digests; all scenes have digests."""
+"""On the machine of the record, one thread, two threads and two ranks reproduce the recorded
+digests. All scenes have digests.
+"""
 
 import json
 import subprocess

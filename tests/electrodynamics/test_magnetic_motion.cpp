@@ -203,8 +203,9 @@ TEST_CASE("magnets that touch and turn about their centre keep their momenta and
   }
   CHECK(motion.momentum().norm() < 1e-12 * size);
   CHECK((motion.angular_momentum() - l).norm() < 1e-12 * l.norm());
-  // The bounds are larger for cuboids. The forces between them change strongly as soon as the
-  // touching faces are not parallel, so these faces rock. Without friction, they also slide.
+  // The bound on the kinetic energy is larger for cuboids. The forces between them change strongly
+  // as soon as the touching faces are not parallel, so these faces rock. Without friction, they
+  // also slide.
   CHECK(most < (round ? 1.00001 : friction > 0.0 ? 1.01 : 1.1) * energy);
   CHECK(motion.kinetic_energy() > 0.999 * energy);
   const Vec3 apart = (motion.state.positions.row(1) - motion.state.positions.row(0)).transpose();

@@ -313,7 +313,7 @@ TEST_CASE("the step of a triangle on its own is the limit of stability, at rest 
       ElementSteps steps(run.model, options);
       const double limit = stable_step_at(run.model, run.state.x);
       CAPTURE(apex[1], viscosity);
-      // The reference has small errors from power iteration and central differences.
+      // The tolerance covers errors of `limit` from power iteration and central differences.
       if (viscosity == 0.0) CHECK(steps.at_rest()[0] == Approx(limit).epsilon(1e-5));
       CHECK(steps.at_rest()[0] < limit * (1 + 1e-5));
       Points x = run.state.x;

@@ -125,7 +125,7 @@ TEST_CASE("limits as a potential hold a swinging sheet and keep its energy") {
   CAPTURE(limited.stretch, limited.gain);
   CHECK(limited.stretch <= 1.25);
   CHECK(std::abs(limited.gain) <= 0.003);
-  // If the option `predicted` is given, it replaces the limits of the cloth.
+  // If the option `predicted` is given, it replaces the upper limits of the cloth.
   Asynchronous given = limiting(Limiting::Potential);
   given.predicted = 0.075;
   CHECK(swing(given, limit_of(0.5)).stretch == limited.stretch);
@@ -264,8 +264,9 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     CAPTURE(degrees);
     const double angle = degrees * M_PI / 180.0, bound = 1.075 / std::cos(0.5 * angle);
     ClothRun run = triangle_with_angle(angle);
-    // The two edges that enclose the angle fold together onto its bisector. No edge exceeds its
-    // limit, so the limits cause no force.
+    // The two edges that enclose the angle are stretched to just below their limit and lie almost
+    // on one line. The third edge is much shorter than at rest. No edge exceeds its limit, so
+    // the limits cause no force.
     const double length = 0.05 * 1.0749;
     Points& x = run.state.x;
     x.setZero();

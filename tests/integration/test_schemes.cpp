@@ -367,7 +367,7 @@ TEST_CASE(
     ClothRun run = make_run(mesh, m, o, {0.0, pins, Vec3(-g, 0, 0)});
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
-    double bottom = 0.0;  // position of the middle of the lower end
+    double bottom = 0.0;  // x coordinate of the middle of the lower end [m]
     for (Index i = 0; i < mesh.n_vertices(); ++i)
       if (base.uv()(i, 0) < 1e-9 - length / 2 && std::abs(base.uv()(i, 1)) < 1e-9)
         bottom = run.state.x(i, 0);

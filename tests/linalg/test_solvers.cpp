@@ -76,7 +76,7 @@ TEST_CASE("fixed rows keep every bit") {
 
 TEST_CASE("any number of threads gives the same bits") {
   const RandomSystem large = random_system(60, 3, 700),  // 29 blocks of rows, 6 tasks of terms
-      small = random_system(30, 3, 350);  // 8 blocks and 3 tasks, which can be factorised fast
+      small = random_system(30, 3, 350);  // 8 blocks, 3 tasks; small enough for Direct
   for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
                                     LinearMethod::GaussSeidel, LinearMethod::Direct}) {
     INFO(name_of(method));

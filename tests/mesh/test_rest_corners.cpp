@@ -50,7 +50,7 @@ TEST_CASE(
   const double angle = 0.6;
   Mat2 turn;
   turn << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
-  // The uv are rotated by `angle` and five times too large.
+  // The uv are the coordinates of `flat`, rotated by `angle` and scaled by 5.
   Points2 uv = flat.vertices().leftCols<2>() * turn.transpose() * 5.0;
   const TriangleMesh mesh =
       TriangleMesh(flat.vertices(), flat.triangles(), uv).moved(Vec3(1, 2, 3), some_turn);

@@ -63,9 +63,9 @@ TEST_CASE(
     Index euler;            // 2 for a sphere, 0 for a ring
     double smallest_angle;  // lower bound [rad]; slivers harm contacts
   };
-  // The tolerances follow from the approximation of circles: an inscribed n-gon lacks the fraction
-  // 2 pi^2 / (3 n^2) of the circle's area. Spheres and rims are curved in a second direction, in
-  // which they lack the same fraction again.
+  // Most tolerances follow from the approximation of circles: an inscribed n-gon lacks the fraction
+  // 2 pi^2 / (3 n^2) of the circle's area. Spheres and rims lack more, because they are curved in a
+  // second direction. For bodies with flat faces, the tolerance covers rounding.
   const Case cases[] = {
       {"icosphere", icosphere(0.5, 4), M_PI / 6.0, 0.003, 2, 53.0 * degree},
       {"cube", box(1.0, 1.0, 1.0, 4), 1.0, 1e-12, 2, 44.9 * degree},

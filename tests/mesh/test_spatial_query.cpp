@@ -54,7 +54,7 @@ double brute_force(const Vec3& p, const Points& x, const Triangles& triangles) {
   return best;
 }
 
-// A closed irregular surface: a sphere off the origin whose radius varies with direction.
+// A closed irregular surface away from the origin: a sphere whose radius varies with direction.
 TriangleMesh lumpy_mesh() {
   const TriangleMesh sphere = icosphere(1.0, 3);
   Points x = sphere.vertices();

@@ -151,7 +151,7 @@ TEST_CASE("uv that do not fit the mesh are refused by name") {
 TEST_CASE("a triangle folded over in uv is named, a panel mirrored as a whole is accepted") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3);
   Points2 uv = mesh.uv();
-  uv.row(0) << 0.5, 0.5;  // moves vertex 0, in triangles 0 and 1, across the whole grid
+  uv.row(0) << 0.5, 0.5;  // moves the uv of vertex 0 to the opposite corner of the grid
   CHECK_THROWS_WITH(
       TriangleMesh(mesh.vertices(), mesh.triangles(), uv),
       Contains("triangle 0 must be oriented in uv like most of its panel") && Contains("inverted"));

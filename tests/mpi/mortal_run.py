@@ -1,4 +1,4 @@
-"""A run in which a rank dies, stops or sleeps after step 25, and how the run is resumed."""
+"""A run in which a rank sends itself a signal or sleeps after step 25, and its resumption."""
 
 import json
 import subprocess

@@ -14,7 +14,8 @@ namespace loomstone::testing {
 
 class RankProgram {
  public:
-  // Uses MPI if a launcher started several ranks, and otherwise a single rank without MPI.
+  // Uses MPI if a launcher started several ranks, and otherwise a single rank without MPI. The
+  // first argument of the program is the number of threads; the default is 1.
   RankProgram(int argc, char** argv)
       : communicator_(launched_by_mpi() ? mpi_communicator() : single_communicator()),
         threads_(argc > 1 ? std::atoi(argv[1]) : 1) {}

@@ -1,5 +1,6 @@
-// Sums and the conjugate gradient solver give the same bits on several ranks as on one. Messages
-// and halos arrive, and errors are the same on all ranks.
+// Sums and solutions of the conjugate gradient solver must have the same bits on any number of
+// ranks; the program prints their hashes. Messages and halo rows must arrive, and an error must be
+// the same on all ranks.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -56,7 +57,8 @@ void messages_arrive(const RankProgram& program) {
 
 void sums_of_ranks_are_exact(const RankProgram& program) {
   const Communicator& all = *program.communicator();
-  // Each rank adds 1e20, 1 and -1e20 to the first sum, and the last rank adds NaN to the second.
+  // To the first sum, each rank adds 1e20, 1 and -1e20. To the second sum, the last rank adds NaN,
+  // and every other rank adds 1.
   std::vector<BinnedSum> sums(2);
   for (const double number : {1e20, 1.0, -1e20}) sums[0].add(number);
   sums[1].add(all.rank() == all.size() - 1 ? std::nan("") : 1.0);
@@ -128,9 +130,9 @@ void forget_rows_of_others(RandomSystem& system) {
 }
 
 void solutions_keep_their_bits(const RankProgram& program) {
-  // Side 90 gives 64 blocks of rows, so there are several coarse levels. Side 45 gives 16 blocks,
-  // and side 13 gives 2, so that a third rank owns none. Terms couple distant rows with one another
-  // and with bodies.
+  // Side 90 gives 64 blocks of rows and three coarse levels. Side 45 gives 16 blocks, and side 13
+  // gives 2, so that a third rank owns none. Terms couple distant rows with one another and with
+  // bodies.
   for (const Index side : {90, 45, 13}) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);

@@ -1,5 +1,5 @@
-// Task pools on real ranks: in each of 1,000 rounds, every test is performed once. Over all rounds,
-// every rank requests work, gives work to others, and refuses requests.
+// Task pools on ranks of MPI: in each of 1,000 rounds, every test is performed once. Over all
+// rounds, every rank requests work, gives work to others, and refuses requests.
 #include <chrono>
 
 #include "core/parallel/task_pool.h"

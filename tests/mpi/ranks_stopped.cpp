@@ -1,5 +1,5 @@
 // Rank 1 stops in the first test of a task pool. The other ranks find no work, and the time-out
-// ends all ranks.
+// LOOMSTONE_MPI_TIMEOUT ends all ranks.
 #include <csignal>
 
 #include "core/parallel/task_pool.h"

@@ -253,7 +253,7 @@ for name in ("static", "dynamic", "predicted"):
     for i in range(30):
         sim.step()
         impacts += sim.report.contacts.impacts
-        # Rank 0 alone makes a frame, which must not wait for the other ranks.
+        # Only rank 0 calls frame_at(), which must not wait for the other ranks.
         if ranks.rank == 0 and i % 10 == 0:
             sim.frame_at(sim.time - 1e-3)
     assert impacts > 0 and sim.report.contacts.near > 50

@@ -1,5 +1,5 @@
-// Random trees of tests (NodeTest), for tests of task pools and traversals. Some branches are long
-// and others end at once, as in the traversal of two hierarchies.
+// Random trees of tests (NodeTest), on which task pools and traversals are checked. Some branches
+// are long and others end at once, as in the traversal of two hierarchies.
 #pragma once
 
 #include <algorithm>

@@ -75,7 +75,7 @@ TEST_CASE("a rank performs tests of a task before it passes the task on") {
 }
 
 TEST_CASE("a predicted replay takes the time of the most expensive range and of one exchange") {
-  // Sixteen pieces of work. The last four take twice as long as in the preceding step.
+  // Sixteen pieces of work, of which the last four take twice as long as expected.
   OrderedWork work{
       std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), {0, 16}, 4e-6, 1000};
   for (int i = 12; i < 16; ++i) work.seconds[i] = 2e-6;
@@ -95,8 +95,8 @@ TEST_CASE("a dynamic replay takes the time in which ranks exchange costs of test
   const Network network{2e-6, 1e8, 0.5e-6};
   const double without = replay_dynamic(tests, network).seconds;
   tests.deal_exchanges = 0.25, tests.deal_bytes = 500.0;
-  // With 0.25 exchanges of costs per search, two rounds of 3 us add a quarter of their time. The
-  // 500 B that each rank receives per search add 5 us at 1e8 B/s.
+  // An exchange of costs takes two rounds of 3 us each. With 0.25 exchanges per search, this adds
+  // 1.5 us. The 500 B that each rank receives per search add 5 us at 1e8 B/s.
   CHECK(replay_dynamic(tests, network).seconds == Approx(without + 6.5e-6));
 }
 
@@ -107,9 +107,8 @@ TEST_CASE("a rank that starts alone and one that has nothing to give both end") 
   CHECK(report.transfers == 0);
   CHECK(report.waves >= 2);
   // The tree of ranks, along which the end is detected, has three levels below rank 0, so each of
-  // the two waves takes six messages in sequence: three up and three down. The exchange of the
-  // numbers of results has nine rounds. Each message or round takes the latency and some processor
-  // time.
+  // the two waves takes six messages in sequence: three up and three down. The exchange of results
+  // has nine rounds. Each message or round takes the latency and some processor time.
   CHECK(report.seconds > (12 + 9) * network.latency);
   CHECK(report.seconds < 2 * (12 + 9) * network.latency);
 }

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double ball_radius = 0.15, gap = 0.003, floor_height = -0.30;
 
-// Returns the position of vertex v in a grid that covers a square of side length `side` [m].
+// Returns the position [m] of vertex v in a grid of cells x cells cells that covers a square of
+// side length `side` [m]. Vertex 0 is at the origin.
 Vec2 on_square(Index v, Index cells, double side) {
   const Index column = v % (cells + 1), line = v / (cells + 1);
   return {side * column / cells, side * line / cells};

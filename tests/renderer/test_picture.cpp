@@ -20,7 +20,7 @@ int brightness(const Image& image, int x, int y) {
   return r + g + b;
 }
 
-// Returns whether a pixel shows the first cloth, which is the only blue surface.
+// Returns whether a pixel shows the cloth, which is the only blue surface.
 bool is_cloth(const Image& image, int x, int y) {
   const auto [r, g, b] = pixel(image, x, y);
   return b > r + 20;

@@ -114,7 +114,8 @@ TEST_CASE("an obstacle that moves fast takes bodies at rest along") {
     x += speed * step;
     world.advance(step, {none, none}, ObstaclePlaces({RigidPose{Vec3(x, 0, 0)}}), state);
   }
-  // If the plate moves by ten times the size of the body, it may sink in by a quarter of the size.
+  // If the plate moves by ten times the size of the body in a step, the body may sink into it by a
+  // quarter of this size.
   CHECK(state.positions(0, 0) > x + 0.005 + 0.01);
   // A box whose corner is hit turns, so its centre may be slower than the plate.
   CHECK(state.velocities(0, 0) > (turned ? 0.95 : 0.999) * speed);
@@ -122,8 +123,8 @@ TEST_CASE("an obstacle that moves fast takes bodies at rest along") {
 
 TEST_CASE("an obstacle that moves fast past a body at rest leaves it at rest") {
   const double speed = GENERATE(5.0, 20.0, 100.0), step = GENERATE(1e-3, 4e-3);
-  const double start =
-      GENERATE(-0.3, -0.27, -0.24, -0.21);  // meets the body at other shares of steps
+  // From each start, the block passes the body at another fraction of a step.
+  const double start = GENERATE(-0.3, -0.27, -0.24, -0.21);
   const std::string shape = GENERATE("sphere", "box", "convex");
   CAPTURE(speed, step, start, shape);
   const RigidObstacle block = {shared(box(0.1, 0.1, 0.1)), 0.3, Vec3(start, 0, 0), Vec4(1, 0, 0, 0),

@@ -440,9 +440,8 @@ TEST_CASE("a body that falls fast on another body stops at its surface and keeps
     }
 }
 
-// Both ends of an edge that stands on the floor are nearer to the floor than the contact distance,
-// which is about 1 % of the diagonal of the bounding box. The two ends also have the same nearest
-// point of the floor.
+// Both ends of a vertical edge are nearer to the floor than the contact distance, which is about
+// 1 % of the diagonal of the bounding box. They also have the same nearest point of the floor.
 TEST_CASE("thin plates and rods rest on a floor by whichever side they lie on") {
   const std::string shape = GENERATE("box", "convex");
   const bool upside_down = GENERATE(false, true);

@@ -14,9 +14,9 @@ RigidObstacle slab(double friction) {
   return {shared(box(1.0, 1.0, 0.2)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
 }
 
-// Moves a body along x over slabs of 1 m with the given heights [m]; the first slab is centred at
-// x = 0. The duration is that of a motion by `way` [m] at the initial velocity. Returns the final
-// state.
+// Moves a body along x over slabs of 1 m whose upper faces are at z = `heights` [m]. The first slab
+// is centred at x = 0. The duration is that of a motion by `way` [m] at the initial velocity.
+// Returns the final state.
 RigidState slide(const RigidBody& body, const std::vector<double>& heights, double friction,
                  double step, double way) {
   std::vector<RigidObstacle> slabs;

@@ -14,8 +14,8 @@ constexpr double side = 0.05, lift = 0.3;                                       
 constexpr double lift_time = 0.3;                                               // [s]
 constexpr double closed_at = 0.2, lifted_at = 0.6, opened_at = 0.8, end = 1.4;  // [s]
 
-// Two jaws close on bodies whose widths are `width` together [m], lift them, and open again. When
-// the jaws are closed, the distance between them is shorter than `width` by `squeeze` [m].
+// Two jaws close on bodies with the total width `width` [m], lift them, and open again. When the
+// jaws are closed, the distance between them is shorter than `width` by `squeeze` [m].
 struct Gripper {
   double width, squeeze;
 

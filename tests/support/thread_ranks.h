@@ -99,10 +99,10 @@ class ThreadRank final : public Communicator {
   mutable std::int64_t n_gathers_ = 0;
 };
 
-// Calls work(communicator) on n ranks, each in its own thread, and waits for all of them. No
-// rank may wait forever: if one rank throws, the others must not wait for it at a barrier. Rethrows
-// the exception of the lowest rank that throws. Catch2 must not be used in `work`, because it is
-// not thread-safe.
+// Calls work(communicator) on n ranks, each in its own thread, and waits for all of them. Rethrows
+// the exception of the lowest rank that throws. If a rank throws in `work`, the other ranks must
+// not wait for it at a barrier, because they would wait forever. Catch2 must not be used in `work`,
+// because it is not thread-safe.
 inline void on_ranks(int n,
                      const std::function<void(const std::shared_ptr<const Communicator>&)>& work) {
   ThreadHub hub(n);

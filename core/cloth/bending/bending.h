@@ -34,12 +34,12 @@ struct BendingSetup {
       prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
   bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
   std::vector<double> rest_angles;  // [rad] in the order of hinges(); empty: see flat_rest
-  // True: the mid-edge element replaces its Gauss-Newton matrix by a lumped matrix with a third as
-  // many blocks. The Gauss-Newton matrix is U^T Q U, where row e of U is the gradient of the angle
-  // of hinge e, and Q couples pairs of hinges. The lumped matrix is U^T diag(q) U with q_e = 1/2
-  // sum_f |Q_ef|. By Gershgorin's theorem, it is an upper bound of half the Gauss-Newton matrix.
-  // Such a bound suffices for stable linearly implicit steps. The lumped matrix is not taken from
-  // the literature.
+  // True: the mid-edge element replaces its Gauss-Newton matrix by a lumped matrix with about a
+  // third of the blocks. The Gauss-Newton matrix is U^T Q U, where row e of U is the gradient of
+  // the angle of hinge e, and Q couples pairs of hinges. The lumped matrix is U^T diag(q) U with
+  // q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, it is an upper bound of half the Gauss-Newton
+  // matrix. Such a bound suffices for stable linearly implicit steps. The lumped matrix is not
+  // taken from the literature.
   bool lumped_stiffness = false;
   // (m) 1: the triangle has energy; 0: it has none, and serves only to find the curvature of nearby
   // triangles. Empty: all triangles have energy. The energies of disjoint sets of triangles add up
@@ -93,9 +93,9 @@ class Bending {
                                        Index end, BlockMatrix& matrix) const = 0;
   // Returns the largest eigenvalue lambda of M^-1 K at the rest positions [1/s^2], slightly
   // underestimated by power iteration. M is the diagonal matrix of the vertex masses `mass` (n)
-  // [kg], and K is the bending stiffness. Prescribed vertices do not move. Without damping,
-  // symplectic Euler is stable if its steps are shorter than 2 / sqrt(lambda) [s]. Requires
-  // BendingSetup::keeps_rest.
+  // [kg], and K is the bending stiffness. Prescribed vertices do not move. If undamped bending is
+  // the only force, symplectic Euler is stable near the rest positions in steps shorter than
+  // 2 / sqrt(lambda) [s]. Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges whose slope is the plain mean of the slopes of their two triangles, because a

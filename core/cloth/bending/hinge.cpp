@@ -127,7 +127,7 @@ Index HingeSet::count_degenerate(const HingeValues& values) const {
   Index count = 0;
   for (Index e = 0; e < n_hinges(); ++e) {
     const double* u = values.gradient.data() + hinge::gradient_stride * static_cast<std::size_t>(e);
-    // The gradient at the first vertex is zero only if a triangle of the hinge has zero area.
+    // The gradient at the first vertex is zero exactly if a triangle of the hinge has zero area.
     count += u[0] == 0.0 && u[1] == 0.0 && u[2] == 0.0;
   }
   return count;

@@ -69,7 +69,8 @@ class HingeStiffness {
   // those of the row's chunk (see chunk_). A hinge has one moment gradient for each vertex of its
   // stencil (see stiffness_kernels.h).
   std::vector<Index> offset_;
-  std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
+  // Start of each chunk of rows in chunk_, and the hinges that touch each chunk, ascending.
+  std::vector<Index> chunk_start_, chunk_;
 };
 
 }  // namespace loomstone

@@ -22,8 +22,9 @@ struct Tables {
 };
 
 // Computes the moment gradients of the n hinges e in `list`. The moment gradient of e is the sum of
-// q_ef u_f over all hinges f that are paired with e. `out` gets 4 doubles for each vertex of the
-// stencil of e, one listed hinge after another. The fourth double is 0.
+// q_ef u_f over all hinges f that are paired with e. For one listed hinge after another, `out` gets
+// four doubles for each vertex of the hinge's stencil: the three components of the moment gradient
+// with respect to this vertex, and 0.
 void moment_gradients(const Tables& tables, const Index* list, Index n, double* out);
 
 // One row of 3 x 3 blocks of the stiffness matrix, and the hinges that contribute to it.

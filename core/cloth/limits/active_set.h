@@ -16,7 +16,7 @@ namespace loomstone {
 // Elements to evaluate during one call of the limiter.
 class ActiveSet {
  public:
-  enum class Contents { AllElements, Violations };  // Violations: initially empty, see add()
+  enum class Contents { AllElements, Violations };  // Violations: empty until add() is called
   enum class Order { Batches, SingleElements };     // SingleElements: for random order
 
   ActiveSet(const LimitElements& elements, const limit::Tables& tables, Contents contents,

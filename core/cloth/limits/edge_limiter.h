@@ -24,7 +24,8 @@ class EdgeLimiter {
  private:
   Edges edges_;            // (k x 2), sorted by colour
   Vector longest_, rest_;  // (k) largest admissible length, and rest length [m]
-  // First edge of each colour, and the edges at each vertex in compressed lists.
+  // First edge of each colour, followed by k. The edges at vertex v are the entries edge_start_[v]
+  // to edge_start_[v + 1] - 1 of edges_of_.
   std::vector<Index> colour_start_, edge_start_, edges_of_;
   Vector inverse_mass_;  // (n) [1/kg], 0: prescribed
 };

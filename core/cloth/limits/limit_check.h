@@ -25,13 +25,14 @@ struct BrokenLimit {
 
 // Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
-  // Number of sweeps. A first check that finds nothing to correct counts as a sweep.
+  // Number of sweeps. If both elements and edges are swept, the larger of the two numbers. A first
+  // check that finds nothing to correct counts as a sweep.
   int sweeps = 0;
   std::int64_t evaluations = 0;     // number of element and edge evaluations before the final check
-  std::array<double, 3> excess{};   // largest excess in weft, warp and shear [1]
+  std::array<double, 3> excess{};   // largest excess in each mode: weft, warp, shear [1]
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess; -1: no limit is exceeded
-  std::vector<BrokenLimit> broken;  // sorted by excess, largest first
+  std::vector<BrokenLimit> broken;  // largest excess first
   std::vector<double> squares;      // sum of the squared excesses for each of LimitedCloth::limits
 
   double largest() const { return std::max({excess[0], excess[1], excess[2]}); }

@@ -30,7 +30,7 @@ class LimitPhase {
   // whether any triangle is in a stiff phase.
   bool enter(const Team& team, const Points& x, Index begin, Index end,
              const std::uint8_t* yields = nullptr, double recovery = 1.0);
-  // Tables for membrane::Tables, which documents their layout.
+  // The tables `phase` and `in_phase` of membrane::Tables, which documents their layout.
   const double* table() const { return table_.data(); }
   const std::uint8_t* entered() const { return entered_.data(); }
   std::size_t bytes() const { return bytes_of(bounds_, bounds_of_, table_, entered_); }

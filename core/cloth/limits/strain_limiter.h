@@ -45,7 +45,8 @@ class StrainLimiter {
   // Corrects v by sweeps until no strain changes by more than options.strain_rate plus the
   // tolerance in a step of h seconds, or until options.max_sweeps is reached. Does nothing if
   // options.strain_rate is 0. Positions do not change. If `measured` is true, the report contains
-  // the excess that remains, as a strain per step (LimitReport::squares: as a strain rate).
+  // the excess that remains, as a strain per step. LimitReport::squares, however, contains squared
+  // strain rates [1/s^2].
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 

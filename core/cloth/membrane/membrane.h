@@ -170,7 +170,9 @@ class Membrane {
   const double* phase_ = nullptr;
   const std::uint8_t* in_phase_ = nullptr;
   bool viscous_ = false;
-  std::vector<Index> slot_start_, slots_;  // offsets in element_forces_ of the forces on each row
+  // The offsets in element_forces_ of the forces on row i are the entries slot_start_[i] to
+  // slot_start_[i + 1] - 1 of slots_.
+  std::vector<Index> slot_start_, slots_;
 
   std::vector<Index> batches_;  // batches that touch rows [begin_, end_): indices into stored_
   Index begin_ = -1, end_ = -1;
@@ -181,7 +183,9 @@ class Membrane {
   // the entries chunk_start_[c] to chunk_start_[c + 1] - 1 of chunk_batches_. These entries are
   // indices into stored_.
   std::vector<Index> chunk_start_, chunk_batches_;
-  std::vector<Index> row_start_, diagonal_;  // block indices, counted within the range
+  // First block and diagonal block of each row, counted from the first matrix block of the range.
+  // row_start_ also has the number of blocks as its last entry.
+  std::vector<Index> row_start_, diagonal_;
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;

@@ -97,9 +97,9 @@ LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
 LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
   return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
 }
-// The next three functions describe the stress that stiff phases add in one mode (0: 11, 1: 22, 2:
-// 12), as a linear function of the component e of the Green strain. They return the slope of this
-// function, its value at e, and its integral from 0 to e.
+// The next three functions describe the stress that stiff phases add in one mode, as a linear
+// function of one component e of the Green strain (mode 0: E11, 1: E22, 2: E12). They return the
+// slope of this function, its value at e, and its integral from 0 to e.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);

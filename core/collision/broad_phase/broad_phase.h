@@ -60,8 +60,8 @@ class BroadPhase {
   // The 18-DOPs enclose the motion from sweep.x0 to sweep.x1 and are inflated by sweep.inflation.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
-  // Like the other swept_pairs(), but stores the pairs in `found`. `keep` is called for each batch
-  // and removes unwanted pairs. Threads call `keep` concurrently.
+  // Like the other swept_pairs(), but stores the pairs of surface pair i in found[i]. `keep` is
+  // called for each batch of pairs and removes unwanted ones. Threads call `keep` concurrently.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
@@ -77,8 +77,8 @@ class BroadPhase {
   // Memory for vertex boxes. All callers share it, and near_pairs() and swept_pairs() replace its
   // contents.
   VertexBoxes& vertex_boxes() { return vertex_boxes_; }
-  // Returns whether two features do not collide because an attachment ties a vertex of one of them
-  // to the surface of the other one.
+  // Returns whether two features do not collide because a vertex of one of them is attached to the
+  // surface of the other one, with AttachedTo::distance 0.
   bool attached(ContactKind kind, PairKey key) const;
 
   void forget_trees();  // each tree is rebuilt at its next refit

@@ -408,7 +408,7 @@ void ClusterTree::refit_nodes(const Team& team, const Points& x, const VertexBox
 void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                                     const VertexBoxes& vertices) {
   vertex_boxes_ = &vertices;
-  Index n_faces = 0, n_edges = 0;  // numbers of groups in the marked clusters
+  Index n_faces = 0, n_edges = 0;  // numbers of groups in the marked clusters so far
   for (Index c = 0; c < n_clusters_; ++c) {
     if (!marked[c]) continue;
     faces_.first_slab[c] = n_faces++;  // each cluster has exactly one group of faces

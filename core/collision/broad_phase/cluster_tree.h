@@ -36,9 +36,9 @@ class ClusterTree {
   // The tree of a whole surface. Trees read the triangles and edges of `model`, so `model` must
   // stay alive.
   ClusterTree(const CollisionModel& model, Index surface);
-  // The tree of a part of a surface, which consists of the given triangles and edges of `model`.
-  // The tree does not contain the vertices in `foreign`, which belong to the trees of other parts
-  // of the surface.
+  // The tree of the given triangles and edges of `model`, which are a part of a surface. The tree
+  // does not contain the vertices in `foreign`, which belong to the trees of other parts of this
+  // surface.
   ClusterTree(const CollisionModel& model, std::vector<Index> triangles, std::vector<Index> edges,
               std::vector<Index> foreign);
 
@@ -63,8 +63,8 @@ class ClusterTree {
   void find_boxes(const Team& team, const VertexBoxes& vertices, Index begin, Index end,
                   std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
-  // Stores half the total surface area of the boxes of newly formed clusters, for has_grown(). The
-  // boxes include `inflation` [m], but the area does not.
+  // Stores half the total surface area of the axis-aligned boxes of newly formed clusters, for
+  // has_grown(). The given boxes include `inflation` [m], but the area does not.
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
   // Returns whether the clusters have grown too much since they were formed (see decay_limit in
   // cluster_tree.cpp). `boxes` contains the boxes of all clusters, which include `inflation` [m].

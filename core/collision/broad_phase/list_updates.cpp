@@ -1,6 +1,6 @@
-// The part of NeighbourLists that decides which lists must be made again, when cluster pairs are
-// searched for, and which surface pairs lose their lists because these do not last. The ranks agree
-// on the last two decisions.
+// The part of NeighbourLists that makes three decisions: which lists must be made again, whether to
+// search for cluster pairs, and which surface pairs lose their lists because the lists do not last.
+// The ranks agree on the last two decisions.
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -94,8 +94,9 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
 
 // Goes through the lists of this rank after begin_update(). Adds to `used` of each list the bound
 // on the change of distances since the preceding update, and finds the lists that must be made
-// again. Also checks the motion of vertices, unless lists are tried again anyway or cover() has
-// checked the same positions. Does nothing if begin_update() has completed the update.
+// again. Also checks the motion of vertices, unless an unlisted surface pair gets lists again (then
+// a search is due anyway) or cover() has checked the same positions. Does nothing if begin_update()
+// has completed the update.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -153,8 +154,8 @@ bool NeighbourLists::costly(const Upkeep& upkeep) const {
 
 // Searches for cluster pairs, in the expectation that vertices repeat their last step from the
 // positions of the last update. Then marks the lists that must be made and calls unlist_fast().
-// Tries lists again for surface pairs whose pause is over. `all` is true if there are no lists
-// before the search.
+// Surface pairs whose pause is over get lists again. `all` is true if there are no lists before the
+// search.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);
@@ -242,8 +243,9 @@ bool NeighbourLists::any(const std::vector<Pass>& passes, bool Pass::* flag) {
   return std::any_of(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.*flag; });
 }
 
-// Returns whether a search is due: lists are tried again, vertices have left their expected motion
-// on some rank, the costs of the ranks are unbalanced, or a test makes the owners rotate.
+// Returns whether a search is due: an unlisted surface pair gets lists again, vertices have left
+// their expected motion on some rank, the costs of the ranks are unbalanced, or a test makes the
+// owners rotate.
 bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
   double most = 0.0, sum = 0.0;
   for (const Pass& pass : passes) {

@@ -12,15 +12,16 @@ namespace loomstone {
 namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list is the change of
-// distances over `steps_to_last` steps of the current motion. It is at least `least_slack` and at
-// most the larger of `most_slack` and `most_slack_of_edge`, but never less than the change over 1.5
-// steps. The mean edge length is that of the first surface of the pair. If the boxes of the two
-// clusters are farther apart than the base distance plus this slack, the slack is increased to the
-// gap between the boxes minus the base distance. In the search for cluster pairs, vertex boxes
-// cover `steps_ahead` steps plus a margin.
+// distances over `steps_to_last` steps of the current motion. It is at least `least_slack` times
+// the thickness, and at most the larger of `most_slack` times the thickness and
+// `most_slack_of_edge` times the mean edge length of the first surface of the pair. But it is never
+// less than the change over 1.5 steps. If the boxes of the two clusters are farther apart than the
+// base distance plus this slack, the slack is increased to the gap between the boxes minus the base
+// distance. In the search for cluster pairs, vertex boxes cover the motion over `steps_ahead` steps
+// plus a margin.
 constexpr double steps_to_last = 12.0;
-constexpr double least_slack = 0.2, most_slack = 2.5;  // multiples of the thickness
-constexpr double most_slack_of_edge = 0.6;             // multiple of the mean edge length
+constexpr double least_slack = 0.2, most_slack = 2.5;
+constexpr double most_slack_of_edge = 0.6;
 constexpr double steps_ahead = 3.0;
 // The margin of a surface pair is `margin_of_edge` times the mean edge length of its first surface.
 // A surface uses the smallest margin of its pairs, clamped to the range from `least_margin` to

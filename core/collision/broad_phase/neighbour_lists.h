@@ -97,15 +97,16 @@ class NeighbourLists {
   // Some surface pairs are unlisted and are searched in full each time. A surface pair becomes
   // unlisted if it has more than `most_per_cluster` times as many cluster pairs as its two surfaces
   // have clusters, if distances change so fast that many of its lists would not last, or if too
-  // many of its widened lists are made again. Its lists are tried again in the next update, or
-  // after a pause if they are widened.
+  // many of its widened lists are made again. The surface pair gets lists again in the next update
+  // or, if lists are widened, after a pause.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
 
   // Result of the pass of a rank over its lists.
   struct Pass {
-    bool unexpected = false;  // vertices left their expected motion, or lists are tried again
+    // Vertices left their expected motion, or an unlisted surface pair gets lists again.
+    bool unexpected = false;
     // An update at x1, the end of the motion of cover(), needs a search. Set only for Cover::Gap on
     // several ranks.
     bool due = false;
@@ -185,8 +186,8 @@ class NeighbourLists {
   const Communicator& ranks() const { return ranks_; }
 
   // Starts to measure NeighbourList::seconds and the times that take_unlisted_seconds() and
-  // take_pass_seconds() return, for replays on one thread. `clock` is the time that reading the
-  // clock takes [s].
+  // take_pass_seconds() return, for CollisionReplay. `clock` is the time that reading the clock
+  // takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
   // Return the time that this rank has spent in searches of unlisted surface pairs and in passes
@@ -214,7 +215,8 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  static constexpr int pause = 64;           // unlist() sets unlisted_ to this if lists are widened
+  // unlist() sets unlisted_ to this value if lists are widened.
+  static constexpr int pause = 64;
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
   // Calls work(list) for the n lists list_at(i). Divides the time that all calls take among the
   // lists in proportion to the estimated costs of their work.
@@ -327,8 +329,8 @@ class NeighbourLists {
   std::vector<std::vector<std::uint8_t>> marked_;  // (surfaces x clusters) scratch
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
   std::vector<std::uint8_t> ended_;                // (lists) 1: must be made
-  // (surface pairs) 0: listed. Otherwise, each update decrements the value if it is above 1, and
-  // tries lists again if it is then 1.
+  // (surface pairs) 0: listed. Otherwise, each update decrements the value if it is above 1. If the
+  // value is then 1, the surface pair gets lists again.
   std::vector<int> unlisted_;
   std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
   std::vector<Upkeep> upkeep_;         // (surface pairs)

@@ -279,7 +279,8 @@ LOOMSTONE_INLINE void meeting_features(const Side& a, const Side& b, const Reach
 
 void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
   const int level_a = nodes.level_a - 1, level_b = nodes.level_b - 1;
-  // Pushes pairs in descending order, so that the first pair is popped first.
+  // Pushes the pairs in descending order of their nodes, so that a stack returns them in ascending
+  // order.
   if (level_a == level_b) {
     unsigned meeting[slab_lanes];
     LOOMSTONE_WIDEST(meeting_children)

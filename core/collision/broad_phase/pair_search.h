@@ -1,6 +1,7 @@
-// Simultaneous traversal of two cluster trees, or of one tree with itself. Finds exactly the pairs
-// of features that share no vertex and whose 18-DOPs overlap; features() can first widen one of the
-// two 18-DOPs. Reports each pair once. The traversal is depth-first with an explicit stack.
+// Simultaneous traversal of two cluster trees, or of one tree with itself. clusters() visits the
+// pairs of clusters whose 18-DOPs overlap, depth-first with an explicit stack. features() visits
+// the pairs of features of two clusters that share no vertex and whose 18-DOPs overlap. It can
+// first widen one of the two 18-DOPs. Each pair is visited once.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +25,8 @@ class PairSearch {
   // features: 8 * group + lane.
   using SlotPairs = std::vector<std::pair<Index, Index>>;
   struct Slots {
-    // Pairs of a vertex of cluster a and a face of cluster b, of a vertex of b and a face of a, and
-    // of an edge of a and an edge of b.
+    // Pairs that features(a, b) finds: a vertex of cluster a and a face of cluster b, a vertex of b
+    // and a face of a, an edge of a and an edge of b.
     SlotPairs vertex_face, face_vertex, edge_edge;
 
     void clear() {
@@ -44,15 +45,15 @@ class PairSearch {
   // cluster, the other one. The nodes must be different, and not both clusters.
   void expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const;
 
-  // Returns whether the first node contains a cluster in `first`.
+  // Returns whether node a contains a cluster whose index lies in the range `first`.
   static bool meets(const Nodes& nodes, IndexRange first) {
     std::int64_t begin = nodes.a, n = 1;
     for (int level = 0; level < nodes.level_a; ++level) begin *= slab_lanes, n *= slab_lanes;
     return begin < first.end && begin + n > first.begin;
   }
 
-  // Calls visit(a, b) for the overlapping pairs of clusters below `start` whose first cluster a is
-  // in the range `first`.
+  // Calls visit(a, b) for each pair of overlapping clusters a and b below the two nodes in `start`
+  // for which the index a lies in the range `first`.
   template <class Visit>
   void clusters(const Nodes& start, IndexRange first, Visit&& visit) const {
     std::vector<Nodes> stack = {start};

@@ -1,9 +1,9 @@
-// Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). The rows of all cloths
-// together are divided into equal ranges. The rows of one cloth in one range form a partition,
-// which is a compact patch with a hierarchy of its own. A body or an obstacle has one hierarchy. A
-// triangle belongs to the partition of its first vertex. A vertex or an edge belongs to the first
-// partition that has one of its triangles. Each pair of features is therefore found once. All ranks
-// store all hierarchies, so a test of two nodes is given by four indices.
+// Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). The sequence of the rows
+// of all cloths is cut into ranges of equal length. The triangles of one cloth whose first vertex
+// lies in one range form a partition, which is a compact patch with a hierarchy of its own. A body
+// or an obstacle has one hierarchy. A vertex or an edge belongs to the first partition that has one
+// of its triangles, and to no other. Each pair of features is therefore found once. All ranks store
+// all hierarchies, so a test of two nodes is given by four indices.
 #pragma once
 
 #include <vector>
@@ -33,8 +33,8 @@ class PartitionTrees {
 
   PartitionTrees(const CollisionModel& model, const std::vector<SurfacePair>& pairs, int n_parts);
 
-  // Recomputes all boxes. If `may_rebuild` is set, hierarchies whose boxes have grown too much are
-  // built again at motion.x0.
+  // Recomputes all boxes. The first call builds the hierarchies at motion.x0. If `may_rebuild` is
+  // set, a later call builds a hierarchy again if its boxes have grown too much.
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
   // Called in this order, the next two functions do the same as refit(), but omit the boxes of
   // features that `leaves` do not compare. `leaves` are tests of two clusters.
@@ -51,11 +51,11 @@ class PartitionTrees {
   // Returns the number of clusters of all hierarchies. Cluster indices follow the order of the
   // hierarchies.
   std::size_t n_clusters() const;
-  // Returns the index of the first cluster in the first node of a test.
+  // Returns the lowest index of a cluster in node a of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
-  // Returns tests whose first nodes contain only clusters with the indices `begin` to `end` - 1.
-  // For these clusters, the returned tests replace the top-level tests. A top-level test whose
-  // first node also contains other clusters is expanded.
+  // Returns tests in which node a contains only clusters with the indices `begin` to `end` - 1. For
+  // these clusters, the returned tests replace the top-level tests. A top-level test in which node
+  // a also contains other clusters is expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
 
   // Returns whether a test compares two clusters, which have features instead of children.
@@ -89,7 +89,7 @@ class PartitionTrees {
   // The hierarchies of a surface are those with the indices first_part to last_part - 1.
   struct Surface {
     Index first_part = 0, last_part = 0;
-    Slabs box;  // combined box of the roots of its hierarchies
+    Slabs box;  // box around all hierarchies of the surface
   };
 
   // A node is stored as one number: its level, followed by its index on this level in the lowest
@@ -123,7 +123,8 @@ class PartitionTrees {
   const std::vector<SurfacePair>& pairs_;
   std::vector<Part> parts_;
   std::vector<Surface> surfaces_;
-  std::vector<Index> pair_of_;  // (surfaces x surfaces) surface pair, or -1
+  // (surfaces x surfaces) Index in pairs_ of a pair of surfaces; -1 if it is not in pairs_.
+  std::vector<Index> pair_of_;
   VertexBoxes vertex_boxes_;
 };
 

@@ -12,11 +12,11 @@ namespace loomstone {
 // Function that returns the tests with which a rank starts.
 using FirstTests = std::function<std::vector<NodeTest>(int rank)>;
 
-// Performs all tests of a search that is divided among `n_ranks` ranks, by calls of `perform`.
+// Calls `perform` for all tests of a search that `n_ranks` ranks would divide among themselves.
 // Writes to `tests` the tree of these tests, their costs, and the time that each rank needs to find
-// its first tests. If `tests` is not empty, it must contain an earlier record of the same search.
-// Each cost and time is then the smaller of its old and its new value, to reduce the influence of
-// other programs.
+// the tests with which it starts. If `tests` is not empty, it must contain an earlier record of the
+// same search. Each cost and time is then the smaller of its old and its new value, to reduce the
+// influence of other programs.
 void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests);
 

@@ -1,8 +1,8 @@
-// Divides the first tests of dynamic searches (Decomposition::Dynamic) among ranks according to the
-// costs in the last search that measured costs. The clusters of all hierarchies, in order, are cut
-// into one contiguous range for each rank. A rank starts with the tests whose first node contains
-// only clusters of its range. Costs determine which rank receives a test at the start. They do not
-// affect results.
+// Divides among ranks the tests with which dynamic searches (Decomposition::Dynamic) start,
+// according to the costs in the last search that measured costs. The clusters of all hierarchies,
+// in order, are cut into one contiguous range for each rank. A rank starts with the tests in which
+// node a contains only clusters of its range; see PartitionTrees::tests_of(). Costs determine which
+// rank receives a test at the start. They do not affect results.
 #pragma once
 
 #include <cstddef>
@@ -22,14 +22,15 @@ class SearchDeal {
 
   // Starts a search. Returns whether it measures costs.
   bool begin(int threads);
-  // Adds the cost [s] of a test. `cluster` is the first cluster in the first node of the test.
-  // Threads call this function concurrently.
+  // Adds the cost [s] of a test. `cluster` is PartitionTrees::first_cluster() of the test. Threads
+  // call this function concurrently.
   void add(int thread, std::size_t cluster, double seconds);
-  // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
+  // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges of
+  // about equal costs.
   void end(const Communicator& ranks, int n_ranges);
 
-  // Averages per search: number of exchanges among ranks (two to gather the costs), and estimated
-  // size of the data that each rank receives in them [bytes].
+  // Averages over all searches: number of exchanges among ranks (two in each search that measures
+  // costs, to gather them), and estimated size of the data that each rank receives in them [bytes].
   static constexpr double exchanges() { return 2.0 / interval; }
   double bytes() const;
 

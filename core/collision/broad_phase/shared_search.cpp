@@ -9,9 +9,9 @@ namespace loomstone {
 
 namespace {
 
-// With Traversal::Loops, one thread expands tests until there are at least this many tests, or only
-// tests of two clusters. A parallel loop then performs each of these tests and all that follow from
-// it.
+// With Traversal::Loops and several threads, one thread expands tests until there are at least this
+// many tests, or only tests of two clusters. A parallel loop then performs each of these tests and
+// all that follow from it.
 constexpr std::size_t enough_branches = 256;
 
 }  // namespace
@@ -116,8 +116,8 @@ void SharedSearch::compare(const Team& team, const InflatedMotion& motion, const
   });
 }
 
-// Passes the pairs of features with overlapping boxes in the two clusters of a test to take(),
-// except pairs that do not collide because of an attachment.
+// Passes the pairs of features with overlapping boxes in the two clusters of a test to take().
+// Omits pairs that share a vertex and pairs that do not collide because of an attachment.
 void SharedSearch::features(int thread, const NodeTest& leaf, const Take& take) {
   trees_.features(leaf, scratch_[thread], [&](Index pair, ContactKind kind, PairKey key) {
     if (!broad_phase_.attached(kind, key)) take(thread, pair, kind, key);

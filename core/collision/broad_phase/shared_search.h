@@ -25,13 +25,14 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` tells which pairs do not collide because of an attachment. `model`, `pairs` and
-  // `broad_phase` must outlive this object. Construction and destruction are collective.
+  // `broad_phase` tells which pairs of features do not collide because of an attachment. `model`,
+  // `pairs` and `broad_phase` must outlive this object. Construction and destruction are
+  // collective.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);
-  // Like the first constructor, but divides the rows of all cloths together into `n_parts` ranges
-  // instead of one range for each rank.
+  // Like the first constructor, but cuts the sequence of the rows of all cloths into `n_parts`
+  // ranges instead of one range for each rank.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator, int n_parts);
@@ -109,8 +110,8 @@ class SharedSearch {
   RecordedTests* recorded_ = nullptr;
   bool still_ = false;     // all vertices are at rest in the current or last search
   bool measures_ = false;  // the current or last search measures costs for `deals_`
-  // Divisions of the first tests of dynamic searches. Index 0: searches in which vertices move;
-  // index 1: searches in which all vertices are at rest (`still_`).
+  // Divisions of the tests with which ranks start dynamic searches. Index 0: searches in which
+  // vertices move; index 1: searches in which all vertices are at rest (`still_`).
   SearchDeal deals_[2];
   GatherRoom room_[2];                            // for results; indices as in deals_
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread

@@ -24,7 +24,8 @@ class VertexBoxes {
   }
   std::int64_t use() const { return use_; }  // result of the last call of begin()
 
-  // Add boxes, whose values are undefined, for vertices that have none. May move all boxes.
+  // Both functions add boxes, whose values are undefined, for vertices that have none. They may
+  // move all boxes.
   void add(std::span<const Index> vertices) {
     for (const Index v : vertices) place_[v] = n_++;
     make_room();

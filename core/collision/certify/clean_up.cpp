@@ -12,7 +12,7 @@ namespace {
 // cloth and bodies or obstacles, each further round multiplies the target by `next_target`, but not
 // below twice CollisionModel::gap_floor, so that cloth fits into narrow gaps. Between cloth and
 // cloth, the target is the same in all rounds. No target exceeds the larger of two distances: the
-// distance at the start and twice CollisionModel::gap_floor.
+// distance of the pair at x0, and twice CollisionModel::gap_floor.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
 // Tolerance of Impulses::solve(), relative to the target gap with which a contact was added.

@@ -15,8 +15,8 @@ class CleanUp {
           const Vector& inverse_mass, FreeBodies& bodies)
       : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies, true) {}
 
-  // Adds `impacts` to the impacts of earlier rounds of the same step and solves for all of them.
-  // Corrects x1 and the end poses of bodies.
+  // Performs one round of clean-up: adds `impacts` to the impacts of earlier rounds of the same
+  // step and solves for all of them. Corrects x1 and the end poses of bodies.
   void solve(const std::vector<StepImpact>& impacts, const Points& x0, Points& x1);
 
  private:

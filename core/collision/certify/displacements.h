@@ -70,12 +70,14 @@ class Displacements {
   // (n x 3) wanted_ contains the requested displacement of each vertex [m]. carry_ contains the
   // displacement that the carrier gives each unit [m]; for a body, that of the body's centre.
   Points wanted_, carry_;
-  std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
+  // (n) Fraction that a unit keeps of its motion relative to its carrier.
+  std::vector<double> share_;
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface; set if known_ is 1
   std::vector<std::uint8_t> known_;
-  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) poses for share 1 and share 0
+  // (bodies) End pose of a body that keeps all, or none, of its motion relative to its carrier.
+  std::vector<RigidPose> wanted_pose_, carried_pose_;
 };
 
 }  // namespace loomstone

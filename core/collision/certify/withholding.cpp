@@ -11,16 +11,18 @@ namespace {
 // Units and carriers are defined in displacements.h. A unit keeps the fraction `share_of_time` of
 // its relative motion up to the time of impact.
 constexpr double share_of_time = 0.8;
-constexpr int partial_passes = 8;  // later passes withhold all of a unit's relative motion
+// Number of passes that apply `share_of_time`. Later passes withhold all relative motion of
+// colliding units.
+constexpr int partial_passes = 8;
 // Largest index of a pass, counted from 0. The number of passes is bounded, because impacts that
 // cannot be resolved could recur forever.
 constexpr int most_passes = 40;
 
 // Joins the movable units of an impact to a common carrier. All their relative motion is already
 // withheld, so the motion of carriers or of immovable vertices causes the impact. Units without a
-// carrier follow the carrier of the first carried unit or, if no unit is carried, the immovable
-// vertices. If all units are carried, they follow the carrier of the first one. Returns false if
-// nothing changes.
+// carrier follow the carrier of the first carried unit in impact.vertices or, if no unit is
+// carried, the immovable vertices. If all units are carried, they follow the carrier of the first
+// one. Returns false if nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;

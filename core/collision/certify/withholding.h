@@ -12,10 +12,10 @@
 namespace loomstone {
 
 // Withholds motion of movable vertices and of whole free bodies. Corrects x1 and the end poses of
-// `bodies`. `impacts` are those of the motion to x1. A vertex or body that collides with vertices
-// that certification cannot move, such as those of an obstacle, follows their motion
-// (displacements.h). It first loses only motion relative to them, and is then tested again. Returns
-// a report in which the caller must set CertifyReport::impacts.
+// `bodies`. `impacts` must be those of the motion from inputs.x0 to x1. A vertex or body that
+// collides with vertices that certification cannot move, such as those of an obstacle, follows
+// their motion (displacements.h). It first loses only motion relative to them, and is then tested
+// again. Returns a report in which the caller must set CertifyReport::impacts.
 CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                               std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 

@@ -27,10 +27,10 @@ struct CollisionSurface {
   bool smooth = false;
 };
 
-// The row of the linear system that determines the motion of each collision vertex.
+// The rows of the linear system that determine the motion of each collision vertex.
 struct VertexRows {
-  // A vertex of cloth has its own row, and a vertex of a body has the row of the body's
-  // translation. A vertex of an obstacle has -1.
+  // A vertex of cloth has its own row. A vertex of a body has the row of the body's translation;
+  // the next row is the body's rotation. A vertex of an obstacle has -1.
   std::vector<Index> row;
   std::vector<std::uint8_t> is_body;
 };
@@ -39,7 +39,7 @@ struct VertexRows {
 // between this surface and the features that contain the vertex.
 struct AttachedTo {
   Index surface = -1;     // -1: the vertex is not attached
-  double distance = 0.0;  // [m]; 0: these features do not collide with the surface
+  double distance = 0.0;  // [m]; 0: features with the vertex do not collide with the surface
 
   bool excludes(Index other) const { return surface == other && distance == 0.0; }
 };

@@ -10,7 +10,7 @@
 namespace loomstone {
 
 struct ClosestPair {
-  std::array<double, 4> weights;  // weights of the four points, in the given order
+  std::array<double, 4> weights;  // weights of the four points, in the order of FourPoints
   Vec3 difference;                // from the closest point of b to the closest point of a [m]
   double distance;                // [m]
   // True if the projection of the vertex onto the plane of the face lies in the face, or if the

@@ -38,8 +38,8 @@ struct Curves {
   double volume_error;
 };
 
-// Computes the coefficients and their error bounds. Returns false if numbers are too large or too
-// small for the error bounds to be valid.
+// Computes the coefficients in `curves` and their error bounds. Returns false if numbers are too
+// large or too small for the error bounds to be valid.
 template <int n_corners, class Lanes>
 LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
   alignas(64) double side[3][n_packs * n_lanes] = {}, error[n_packs * n_lanes];
@@ -90,8 +90,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
 // Returns the Bernstein coefficients of the volume over [low, high].
 LOOMSTONE_INLINE std::array<double, 4> volume_over(const double* c, double low, double high) {
   const double l = 1.0 - low, h = 1.0 - high;
-  // The coefficients are values of the blossom b (polar form) of the volume: ll is b(low, low, .)
-  // and hh is b(high, high, .).
+  // The coefficients are values of the blossom b (polar form) of the volume. ll contains
+  // b(low, low, 0) and b(low, low, 1), and hh contains b(high, high, 0) and b(high, high, 1).
   const double ll[2] = {l * l * c[0] + 2.0 * (l * low) * c[1] + low * low * c[2],
                         l * l * c[1] + 2.0 * (l * low) * c[2] + low * low * c[3]};
   const double hh[2] = {h * h * c[0] + 2.0 * (h * high) * c[1] + high * high * c[2],
@@ -101,7 +101,8 @@ LOOMSTONE_INLINE std::array<double, 4> volume_over(const double* c, double low, 
 }
 
 struct Sides {
-  unsigned positive, negative;  // bit 4 k + i: coordinate k of normal i has this sign throughout
+  // Bit 4 k + i is set if coordinate k of the normal of side i has this sign in the whole interval.
+  unsigned positive, negative;
 };
 
 template <class Lanes>
@@ -129,8 +130,8 @@ LOOMSTONE_INLINE Sides sides_over(const Curves<Lanes>& curves, double low, doubl
 
 template <class Lanes, int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Lengths of pieces of [0, 1] are multiples of the shortest length, 2^-40. If a piece of this
-  // length is undecided, it stays open.
+  // `begin` and `width` of a piece of [0, 1] are in units of the shortest length, 2^-40. A piece of
+  // this length that is undecided stays open.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves<Lanes> curves;
@@ -177,7 +178,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
     begin += width;
     if (begin == step)
       return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
-    width = begin & (~begin + 1);  // the widest aligned piece that starts at `begin`
+    width = begin & (~begin + 1);  // the widest piece of the bisection that starts at `begin`
   }
   // The features are apart until the first open piece, or until `low` if no piece is open.
   return {Proof::Open, std::min(low, first_open)};

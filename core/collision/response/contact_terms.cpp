@@ -36,7 +36,7 @@ Vec3 weighted(const Contact& contact, const Field& field) {
 
 // Largest allowed slope of a normal force, in units of M / h^2. Here h is the step, and M is the
 // effective mass of the contact's free cloth vertices: 1 / M is the sum of w_i^2 / m_i. Our choice.
-// With a steeper contact, the matrix could lose positive definiteness in single precision.
+// With a larger slope, the matrix could lose positive definiteness in single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended
@@ -288,8 +288,8 @@ ContactError ContactTerms::forces_after(const Team& team, const Points& displace
           at_end = force_at_gap(law, law.distance + apart).force;
           normal.stiffness = (normal.force - at_end) / apart;
         }
-        // A contact that still pulls in a repeated solve has no friction: its force at the gap
-        // after the motion is often far larger than the one in the next solve.
+        // A contact that still pulls in a repeated solve has no friction: its normal force at the
+        // gap after the motion is often far larger than its normal force in the next solve.
         const double limit = solved < 0.0 && keep_normal ? 0.0 : law.friction * at_end;
         const Mat3 tangent = tangent_projector(n);
         Vec3 slipped = moved - along * n;

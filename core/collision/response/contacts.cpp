@@ -15,14 +15,14 @@ namespace loomstone {
 namespace {
 
 // Smallest distance in the force law, as a fraction of the thickness. It keeps forces finite if
-// features touch at the start.
+// features touch.
 constexpr double least_distance = 1e-6;
-// An edge contact has the share 1 if each closest point is farther from the ends of its edge than
-// the fraction `end_fade` of the edge, and if the squared sine of the angle between the edges
-// exceeds `parallel_fade`.
+// The share of an edge contact is 1 if each closest point is farther from both ends of its edge
+// than the fraction `end_fade` of the edge's length, and if the squared sine of the angle between
+// the edges exceeds `parallel_fade`. Otherwise the share is smaller.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
-// Largest stiffness of a contact, in units of the model's contact stiffness. With stiffer contacts,
-// the matrix could lose positive definiteness in single precision.
+// Upper bound of contact_stiffness(), in units of the model's contact stiffness. With stiffer
+// contacts, the matrix could lose positive definiteness in single precision.
 constexpr double stiffest = 1e4;
 
 double smooth_step(double x) {
@@ -53,9 +53,9 @@ Vec3 rounded_normal(const SmoothNormals& normals, const std::array<Index, 4>& v,
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
 
-// Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer (or
-// as near, with a smaller id) and contains the edge or corner on which the closest point of
-// `contact` lies.
+// Returns whether `other` replaces `contact`. Both are contacts of one vertex with a face. `other`
+// replaces `contact` if its face is nearer (or as near, with a smaller id) and contains the edge or
+// corner on which the closest point of `contact` lies.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))
@@ -76,7 +76,7 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
 
 // Of the contacts of a vertex with a smooth surface, keeps only the nearest. Distance and
 // interpolated normal are then continuous across faces. Of several equally near contacts, keeps the
-// first.
+// one whose triangle has the smallest id. `contacts` must be sorted.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle(c.b); };
   std::vector<Contact> kept;
@@ -93,7 +93,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
     if (i == kept.size()) {
       kept.push_back(contact);
     } else if (contact.distance < kept[i].distance) {
-      // In sorted order, the new contact comes after all others, so it is appended.
+      // `contact` comes after all kept contacts in sorted order, so it is appended.
       kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
       kept.push_back(contact);
     }

@@ -28,10 +28,10 @@ struct ContactSearch {
   ContactSelection* selection = nullptr;  // null: every rank keeps all contacts
 };
 
-// Collective. Finds the contacts at x. Each rank tests the pairs in its lists and the unlisted
-// pairs that it finds, and then receives the contacts of all ranks. Stores in `lists` the distances
-// that it computes for listed pairs. update() or begin_update() of `lists` must have been called
-// with x.
+// Collective. Finds the contacts at x. Each rank tests the feature pairs in its lists and those
+// that it finds for unlisted surface pairs (see neighbour_lists.h). It then receives the contacts
+// of all ranks. Stores in `lists` the distances that it computes for listed pairs. update() or
+// begin_update() of `lists` must have been called with x.
 ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
                          NeighbourLists& lists);
 // Collective. Returns the same contacts as the function above, but uses no lists. Instead, the
@@ -52,7 +52,8 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 // and forces F' (all forces at the same stiffness).
 // Shares of edge contacts fade to 0 where a closest point approaches an end of its edge or the
 // edges become parallel, because vertex contacts take over there. Shares are constant within a
-// step. Energies and derivatives are those of the force law, scaled by the shares.
+// part of a step. Energies and derivatives are those of the force law, scaled by the shares.
+// `x0` contains the positions at which the contacts were found.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

@@ -33,7 +33,7 @@ inline std::uint64_t pair_order(const FoundContact& contact) {
 // Returns the contacts sorted by (kind, a, b).
 std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts);
 
-// Properties of the contacts of all ranks together.
+// Totals over the contacts of all ranks.
 struct ContactTotals {
   std::int64_t n = 0;    // number of contacts
   bool pressed = false;  // true: some contact is closer than half its thickness

@@ -8,12 +8,13 @@
 
 namespace loomstone {
 
-// Linearised friction of a tangential spring: gradient [N] and positive semi-definite Hessian
-// [N/m]. In the functions below, the spring has the stiffness k [N/m] and slips when its force
-// reaches `limit`, which is mu times the normal force [N]. `slip` is the tangential displacement s
-// of feature a relative to feature b, from the anchor, at the start of the step [m]. `predicted` is
-// the predicted tangential displacement u = h v_t [m] in the step h. `tangent` is the projector T
-// onto the tangent plane.
+// Linearised friction of a tangential spring. After a tangential displacement d in the step, the
+// gradient of the energy (see FrictionState) is `gradient` [N] + `hessian` [N/m] d. The Hessian is
+// positive semi-definite. In the functions below, the spring has the stiffness k [N/m] and slips
+// when its force reaches `limit`, which is mu times the normal force [N]. `slip` is the tangential
+// displacement s of feature a relative to feature b, from the anchor, at the start of the step [m].
+// `predicted` is the predicted tangential displacement u = h v_t [m] in the step h, with the
+// predicted tangential velocity v_t. `tangent` is the projector T onto the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;

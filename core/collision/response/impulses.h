@@ -28,7 +28,7 @@ struct ImpulseContact {
   double target = 0.0;          // target gap [m]
   double largest_change = 0.0;  // largest gap change by one impulse [m]
   bool cloth_only = true;       // both features belong to cloth; used by CleanUp only
-  double scale = 0.0;           // displacement to which the tolerance is relative [m]
+  double scale = 0.0;           // displacement to which the tolerance of solve() is relative [m]
   double friction = 0.0;        // friction coefficient mu [1]
 
   // Accumulated impulses.
@@ -46,7 +46,7 @@ struct ImpulseContact {
   // feature belongs to cloth.
   Index body = -1;
   double body_weight = 0.0;          // sum of the weights of body vertices
-  Vec3 arm = Vec3::Zero();           // from the body's centre to where the impulse acts [m]
+  Vec3 arm = Vec3::Zero();           // from the body's centre of mass to the point of impulse [m]
   double normal_inverse_mass = 0.0;  // change of the gap per change of `pressed` [1/kg]
   // Maps a tangential displacement to the change of `dragged` that causes it [kg].
   Mat3 tangential_mass = Mat3::Zero();

@@ -31,21 +31,21 @@ class VertexVelocities {
 
 // Inputs for terms of the implicit solve, with n collision vertices and b bodies.
 struct ContactInputs {
-  const Points& x0;  // (n x 3) positions at the start [m]
+  const Points& x0;  // (n x 3) positions at the start of the step [m]
   // Predicted velocities. The velocities of obstacle vertices enter ExtraTerm::drift.
   const VertexVelocities& v0;
   // Expected changes of velocity [m/s]; 0 for bodies and if unknown. For cloth, the change in the
   // last part, scaled to `step`. For an obstacle, v0 minus the mean velocities of its vertices in
-  // the last part, turned with the obstacle; 0 if no obstacle moves. For details, see
-  // obstacle_changes() in core/sim/step/near_contacts.cpp.
+  // the last part, which are first turned with the obstacle; 0 if no obstacle moves. For details,
+  // see obstacle_changes() in core/sim/step/near_contacts.cpp.
   const VertexVelocities& change;
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // length h of the step [s]
   Index n_cloth;               // number of cloth vertices; rows of bodies follow
   const Vector& inverse_mass;  // (n) inverse masses of free cloth vertices, else 0 [1/kg]
-  // (n_cloth x 3) Elastic and external forces on cloth at the start [N]. On cloths that bodies
-  // load, they include a fraction of the forces of limit phases. If there are 0 rows, contacts are
-  // not stiffened; see contact_stiffness().
+  // (n_cloth x 3) Elastic and external forces on cloth at the start of the step [N]. On cloths that
+  // bodies load, they include a fraction of the forces of limit phases. If there are 0 rows,
+  // contacts are not stiffened; see contact_stiffness().
   const Points& forces;
   // Rows of the solve for which terms are made. Contacts that act on none of them have no term.
   IndexRange rows = all_indices;

@@ -7,12 +7,12 @@ namespace loomstone {
 
 namespace {
 
-// The part that has passed through moves back relative to the other surface. Its speed is
-// sqrt(2 deceleration depth), where depth is Retraction::depth. From this speed, `deceleration`
-// would stop the part after the distance depth. The part reaches this speed with a relative
-// acceleration of at most `largest_acceleration`. Several retractions of a surface add up, as if
-// each were alone. Both constants are in m/s^2. Our choice: if half of a sheet of 0.2 m has passed
-// through, it comes back within 0.3 s.
+// A surface of which a part has passed through another surface moves back relative to it, at least
+// at the speed sqrt(2 deceleration depth), where depth is Retraction::depth. From this speed,
+// `deceleration` would stop it after the distance depth. The surface reaches this speed with a
+// relative acceleration of at most `largest_acceleration`. Each retraction of a surface is computed
+// as if it were the only one, and the accelerations add up. Both constants are in m/s^2. Our
+// choice: if half of a sheet of 0.2 m has passed through, it comes back within 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // A surface that is treated as a rigid body: its inertia, its motion, and its response to forces.

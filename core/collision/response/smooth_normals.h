@@ -18,7 +18,8 @@ class SmoothNormals {
   std::size_t bytes() const { return bytes_of(x_, normals_); }
 
  private:
-  // Both tables begin with the first vertex of the first smooth surface.
+  // Row 0 of x_ and of normals_ belongs to vertex first_, the first vertex of the first smooth
+  // surface.
   Index first_ = 0;
   Points x_;  // positions for which the normals were computed [m]
   Points normals_;

@@ -1,5 +1,5 @@
 // Expresses a weighted sum of velocities of collision vertices in terms of the unknowns of the
-// implicit solve.
+// implicit solve, and tells whether a contact acts on given rows of the solve.
 #pragma once
 
 #include <span>

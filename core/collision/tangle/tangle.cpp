@@ -13,12 +13,12 @@ namespace loomstone {
 
 namespace {
 
-// Lower bound on the sine of the angle between an edge and the plane of a triangle. Smaller sines
-// are replaced by it.
+// Smallest sine of the angle between an edge and the plane of a triangle in the computation of
+// Piercing::way_out. Smaller sines are replaced by it.
 constexpr double least_sine = 0.2;
-// Smallest length of the sum of the unit directions of the contour segments at a piercing for which
-// the piercing gets a direction that shortens the contour (Piercing::way_out). If the sum is
-// shorter, the contour is almost straight there.
+// At each piercing, the unit directions in which the contour segments leave it are summed. The
+// piercing gets a direction that shortens the contour (Piercing::way_out) only if the length of the
+// sum is at least this value. If the sum is shorter, the contour is almost straight there.
 constexpr double least_bend = 0.05;
 
 Index root(std::vector<Index>& parent, Index i) {
@@ -170,7 +170,7 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   });
   std::vector<Index> parent(piercings.size());
   std::iota(parent.begin(), parent.end(), Index{0});
-  // Sum of unit directions of the contour segments at each piercing.
+  // Sum of the unit directions in which the contour segments leave each piercing.
   std::vector<Vec3> bend(piercings.size(), Vec3::Zero());
   const auto place = [&](const Piercing& p) {
     return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));

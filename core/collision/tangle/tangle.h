@@ -1,8 +1,8 @@
 // Intersections of surfaces and directions that resolve them. The points at which edges pierce
 // triangles are joined to form intersection contours. Contours are found from positions alone,
 // without history. If a contour, extended to the border if necessary, separates a part of a
-// surface, this part moves back through the other surface [Baraff2003]. Otherwise the contour is
-// shortened [Volino2006].
+// surface, this part moves back through the other surface [Baraff2003]; if the part is large, its
+// whole surface moves back (Retraction). Otherwise the contour is shortened [Volino2006].
 #pragma once
 
 #include <array>
@@ -25,22 +25,22 @@ struct Piercing {
   // Barycentric weights of the common point: those of the edge are >= 0 and sum to 1, and those of
   // the triangle are <= 0 and sum to -1.
   std::array<double, 5> weights;
-  int contour = -1;  // index of the first piercing of its contour
+  int contour = -1;  // smallest index of a piercing of the same contour in Tangle::piercings
   // Unit direction in which the edge must move relative to the triangle, or zero if it is not
   // known.
   Vec3 way_out = Vec3::Zero();
   double thickness = 0.0;  // mean thickness of the two surfaces [m]
-  double segment = 0.0;    // half the length of all contour segments that end at the piercing [m]
+  double segment = 0.0;    // half the total length of the contour segments that end here [m]
 };
 
 // The surface `inner` is retracted because a large part of it has passed through the surface
 // `outer`.
 struct Retraction {
-  // All vertices of the connected surface that has partly passed through `outer`.
+  // All vertices of the connected component of which a part has passed through `outer`.
   std::vector<Index> inner;
-  // All vertices of the connected surface through which `inner` has partly passed.
+  // All vertices of the connected component through which this part has passed.
   std::vector<Index> outer;
-  int contour = -1;  // index of the first piercing of the contour
+  int contour = -1;  // Piercing::contour of the contour between `inner` and `outer`
   // Mean of the points where `outer` is pierced by edges that lead into the part that has passed
   // through, weighted by Piercing::segment [m].
   Vec3 point = Vec3::Zero();
@@ -55,11 +55,12 @@ struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
   // Feature pairs of intersecting triangles, one list for each ContactKind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
-  // (n) Piercing::contour of the contour near the vertex or, if the vertex lies in a part that has
-  // passed through a surface, of the contour at the border of this part; -1 if there is none.
+  // (n) Piercing::contour of the contour near the vertex (see `rounds_around` in tangle_parts.cpp)
+  // or, if the vertex lies in a part that has passed through a surface, of the contour at the
+  // border of this part; -1 if there is none.
   std::vector<int> contour_of_vertex;
-  // (n) Index of the part that contains the vertex if its surface is cut along the contour in
-  // `contour_of_vertex`; -1 if there is no such contour.
+  // (n) Index of the part in which the vertex lies after its surface has been cut along the contour
+  // in `contour_of_vertex`; -1 if there is no such contour.
   std::vector<int> part;
   std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has passed through a surface
   std::vector<Retraction> retractions;

@@ -17,7 +17,8 @@ constexpr int rounds_around = 2;
 // all of these hold:
 //   the contour is at least `least_length` times as long as the square root of the surface's area;
 //   the part has at least the fraction `least_share` of this area;
-//   the mean of Piercing::way_out along the contour is longer than `least_agreement`.
+//   the mean of Piercing::way_out over the piercings at which an edge leads into the part, weighted
+//   by Piercing::segment, is longer than `least_agreement`.
 // Otherwise, only the part moves back.
 constexpr double least_length = 0.5, least_share = 0.02, least_agreement = 0.5;
 

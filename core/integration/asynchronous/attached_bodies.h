@@ -14,8 +14,8 @@ class AttachedBodies {
  public:
   // Begins an interval. Each body and its vertices get the common rigid motion that conserves their
   // momentum and angular momentum. Vertices that are not at their attachment points move to them
-  // during the interval. `body_velocity` (rows as in finish()) contains the velocities of the
-  // bodies after the impulses of the loads.
+  // during the interval. `body_velocity` (rows as in finish()) contains the velocities that the
+  // bodies would have after all impulses of the loads in the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
   // Ends the interval. Stores the velocities of the bodies in `body_velocity` (two rows for each

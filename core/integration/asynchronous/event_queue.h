@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// Integrates over one interval of length `interval` [s]. `clocks` (e x 2) contains, for each
+// Integrates over one interval of length `interval` [s]. `clocks` (elements x 2) contains, for each
 // element, the time since its last event and the time until its next event [s]. Both times refer to
 // the start of the interval on entry, and to its end on return. Events at the same time are handled
 // in ascending order of elements. The queue is a binary heap. `Elements` has the functions

@@ -70,7 +70,8 @@ class LevelMembrane {
   std::vector<Slot> slots_;  // triangles at each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
-  // Positions at which the forces of all levels were last computed together; unused if viscous.
+  // Positions at the last call of measure() that computed the forces of all levels; unused if the
+  // membrane is viscous.
   Points known_x_;
   // Bits of the limit phases that have been entered, see membrane::Tables; empty without a limit
   // potential.

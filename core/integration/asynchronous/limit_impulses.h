@@ -1,8 +1,8 @@
 // Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). At an event of a triangle, the
 // velocities of its corners are changed to bring its strain at its next event within bounds. If its
-// present strain exceeds a second set of bounds, which are wider by default, positions are changed
-// as well. There is one correction per event, without iterations. If no corner is prescribed,
-// corrections conserve linear momentum. They do not conserve energy.
+// present strain is outside a second set of bounds, which are wider by default, positions are
+// changed as well. There is one correction per event, without iterations. If no corner is
+// prescribed, corrections conserve linear momentum. They do not conserve energy.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,8 @@ class LimitImpulses {
  public:
   LimitImpulses(const ClothModel& model, const Asynchronous& options);
 
-  // Corrects a triangle whose next event follows after the time `step` [s].
+  // Corrects the positions x and velocities v of the corners of a triangle. `step` is the time from
+  // now to the next event of the triangle [s].
   void correct(Index triangle, double step, Points& x, Points& v);
   // Corrects, one after another, the listed triangles whose strain, as computed on entry, is out of
   // bounds or would be out of bounds at their next event. `steps` (m) contains the time from now to
@@ -28,8 +29,8 @@ class LimitImpulses {
 
  private:
   using Corners = double[9];
-  // Moves the corners in one pass to bring the strain within the bounds. Returns false if no corner
-  // has moved.
+  // Moves the corners x of a triangle in one pass, to bring its strain within the bounds of its
+  // limit. Returns false if no corner has moved.
   bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
   bool limit_edges(Index triangle, double longest, Corners& x) const;
   bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;

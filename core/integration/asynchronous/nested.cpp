@@ -1,7 +1,8 @@
-// Asynchronous variational integrator [Lew2003] with nested steps: every triangle has its own step,
-// a power-of-two fraction of a common step, and its force acts as an impulse at the ends of its
-// steps. Between impulses, vertices that no body carries move at constant velocity. Elastic forces
-// depend on positions only, so their impulses at the same time commute.
+// Asynchronous variational integrator [Lew2003] with nested steps: every triangle and every bending
+// group has its own step, a power-of-two fraction of a common step. Its force acts as an impulse at
+// both ends of its steps. Between impulses, vertices that are not attached to a body move at
+// constant velocity. Elastic forces depend on positions only, so their impulses at the same time
+// commute.
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -33,11 +34,13 @@ struct LevelVertices {
 
 // Levels of the triangles for an interval, and the tables that depend on them.
 struct Plan {
-  double interval = 0.0;             // [s]
-  Index base = 1;                    // level k has base * 2^k steps in the interval
-  std::vector<std::uint8_t> wanted;  // (m) coarsest levels that the steps of the triangles permit
-  std::vector<std::uint8_t> level;   // (m) levels of the triangles, not coarser than `wanted`
-  std::vector<double> step_of;       // (levels) step of each level [s]
+  double interval = 0.0;  // [s]
+  Index base = 1;         // level k has base * 2^k steps in the interval
+  // (m) For each triangle, the coarsest level whose step is at most the triangle's longest step.
+  std::vector<std::uint8_t> wanted;
+  // (m) Level of each triangle: that in `wanted`, or a finer one where LevelMembrane requires it.
+  std::vector<std::uint8_t> level;
+  std::vector<double> step_of;  // (levels) step of each level [s]
   std::unique_ptr<LevelMembrane> membrane;
   // (levels) Triangles of each level and of all finer levels; empty without limit impulses.
   std::vector<std::vector<Index>> limited;
@@ -48,8 +51,8 @@ struct Plan {
   int finest() const { return static_cast<int>(step_of.size()) - 1; }
 };
 
-// Prescribed vertices, and the work that their script does against the forces of the cloth and its
-// loads.
+// The prescribed vertices in an interval, and the work that their scripted motion does against the
+// forces of the cloth and the loads on it.
 struct MovedPins {
   std::vector<Index> rows;  // empty if no prescribed vertex moves
   Points velocity;          // prescribed velocities [m/s]

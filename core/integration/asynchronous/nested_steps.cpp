@@ -24,9 +24,9 @@ double count_events(double interval, Index base, const Vector& longest) {
 Index choose_base(double interval, const Vector& membrane, const Vector& bending) {
   // Rough ratio of the computing time of a triangle's bending force to that of its membrane force.
   constexpr double bending_cost = 2.5;
-  // Twice a base allows the same steps as the base, except for the longest one. The largest base
-  // tried is therefore twice the number of membrane steps of the triangle with the longest step,
-  // but at least 16 and at most 1000.
+  // Base 2 b gives the same steps as base b, except for the longest step of base b. Large bases are
+  // therefore not tried: the largest one is twice the number of steps in the interval of the
+  // triangle with the longest membrane step, but at least 16 and at most 1000.
   constexpr double fewest_tried = 16.0, most_tried = 1000.0;
   const double steps = 2.0 * std::ceil(interval / membrane.maxCoeff());
   const auto last = static_cast<Index>(std::clamp(steps, fewest_tried, most_tried));

@@ -17,8 +17,9 @@ inline constexpr int finest_level = 16;
 // finest_level + 1 if no level up to finest_level has such a step.
 int level_below(double interval, Index base, double longest);
 
-// Tries up to 1000 bases, and returns the one with the lowest estimated cost of all events.
-// `membrane` (m) and `bending` (m, or empty) contain the longest step of each triangle [s].
+// Tries up to 1000 base numbers. Returns the one with which the events of an interval take the
+// least computing time in total, by estimate. `membrane` (m) and `bending` (m, or empty) contain
+// the longest step of each triangle [s].
 Index choose_base(double interval, const Vector& membrane, const Vector& bending);
 
 // Integrates one interval by kicks and drifts. `finest` is the finest level in use. The system has

@@ -1,5 +1,6 @@
 // Asynchronous variational integrator as in section 4.2 of [Thomaszewski2010]: every triangle has
-// its own step, and a queue orders the events.
+// its own step, and a queue orders the events. If Asynchronous::bending_multiple is not 0, groups
+// of bending also have steps of their own.
 #include <algorithm>
 #include <utility>
 
@@ -72,7 +73,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   }
 
  private:
-  // After an event of a triangle, handles the contacts of its vertices.
+  // Handles the collisions of a triangle's corners in an event of the triangle, and passes their
+  // impulses on to the attached bodies.
   void collide(Index triangle) {
     corners_.assign(model_.triangles.row(triangle).begin(), model_.triangles.row(triangle).end());
     const double now = time_[corners_[0]];
@@ -95,7 +97,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     body_time_[body] = time;
     for (const Index i : bodies_.vertices(body)) time_[i] = time;
   }
-  // Adds the potential of strain limits. All lanes of a batch contain the same triangle.
+  // Adds the limit potential, if there is one, to membrane_, in which all lanes of a batch contain
+  // the same triangle.
   void limit_membrane() {
     if (limits_.empty()) return;
     std::vector<LimitModes> spread;
@@ -103,8 +106,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     membrane_.add_limits(spread);
     entered_.assign(membrane::entered_stride * limits_.size(), 0);
   }
-  // Returns, for each triangle (m), the highest phases of the strain limits at its events and at
-  // the end of the interval; empty without a limit potential.
+  // Returns, for each triangle (m), the highest phase of each of its limit modes at its events in
+  // the interval and at the end of the interval; empty without a limit potential.
   std::vector<LimitPhases> take_phases() {
     std::vector<LimitPhases> phases;
     if (limits_.empty()) return phases;
@@ -139,8 +142,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   }
 
   // Returns the forces of a triangle on its corners. Viscous forces depend on the mean strain rate
-  // over `duration`, the time since the last event of the triangle [s]. At duration 0, there are
-  // no viscous forces. Records the limit phases of the triangle in entered_.
+  // over `duration`, the time since the last event of the triangle [s], and are omitted if it is 0.
+  // If they are included, stores the positions of the corners for the next event of the triangle.
+  // Records the limit phases of the triangle in entered_.
   const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();
@@ -173,8 +177,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   }
   // Sets BendingGroup::last() from ClothState::element_positions, which contains the positions at
   // the last events of all elements: corners of the triangles, then vertices of the groups. Rows of
-  // elements without damping are not used. If the table is empty or `refill` is true, the positions
-  // at the start of the interval are used instead. Does nothing if no element is damped.
+  // elements without damping are not used. If the table is empty or `refill` is true, sets last()
+  // and the corners in the table to the positions at the start of the interval instead. Does
+  // nothing if no element is damped.
   void begin_damping(bool refill, ClothState& state) {
     if (!damped()) return;
     Points& rows = state.element_positions;
@@ -250,8 +255,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   std::vector<Index> group_of_;     // (m) group that acts at the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 
-  // Within an interval: the state, the times that vertices and bodies have reached, and the steps
-  // of the elements [s].
+  // Within an interval: the state, the times since the start of the interval that vertices and
+  // bodies have reached [s], and the steps of the elements [s].
   ClothState* state_ = nullptr;
   Vector time_, body_time_, element_step_;
   std::vector<Index> corners_;

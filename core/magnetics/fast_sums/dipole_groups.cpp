@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// A table of eight dipoles has rows for positions and for moments times mu0 / 4 pi.
+// A table of eight dipoles has three rows for positions and three for moments times mu0 / 4 pi.
 constexpr int rows = 6, dipole_group_size = rows * n_lanes;
 
 template <class Lanes>

@@ -14,11 +14,11 @@
 
 namespace loomstone {
 
-// Largest number of subtrees that are traversed as separate tasks. Neither the division into tasks
-// nor the result of the traversal depends on the number of threads.
+// Largest number of subtrees of observers that are traversed as separate tasks. Neither the
+// division into tasks nor the result of the traversal depends on the number of threads.
 inline constexpr std::size_t most_tasks = 256;
 
-// Returns the rows in the order of a tree.
+// Returns `rows`, one for each point of a tree, in the order of this tree.
 inline Points ordered(const ConstPointsRef& rows, const PointTree& tree) {
   Points out(rows.rows(), 3);
   for (std::size_t i = 0; i < tree.order.size(); ++i) out.row(i) = rows.row(tree.order[i]);
@@ -65,7 +65,8 @@ struct SourceTree {
   }
 };
 
-// A leaf of observers, its local expansion, and the dipoles that are summed directly.
+// A leaf `cell` of observers, the coefficients `local` of its local expansion, and the dipoles
+// `near` that are summed directly.
 struct LeafSums {
   const TaylorExpansion& expansion;
   const PointCell& cell;
@@ -109,7 +110,7 @@ class DualTreeDescent {
   }
 
  private:
-  // A cell of observers, the dipole cells that have not interacted with it yet, and its local
+  // A cell of observers, the cells of dipoles that have not interacted with it yet, and its local
   // expansion so far.
   struct Visit {
     Index cell;
@@ -125,7 +126,7 @@ class DualTreeDescent {
   // Classifies the candidates of a cell as far, near or deferred to its children. Two cells that
   // are not far apart are near if both are leaves. If only one is a leaf, the other is opened. If
   // neither is a leaf, the one with the larger radius is opened, or both if the radii are equal.
-  // Two cells of the same tree thus interact in both directions or not at all.
+  // If both trees are the same, two cells thus interact in both directions or not at all.
   void sort(const Visit& visit, Scratch& s) const {
     const PointCell& mine = observers_.cells[visit.cell];
     s.open = visit.candidates;

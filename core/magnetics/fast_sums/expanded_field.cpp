@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Half the edge length of the octree, divided by the radius of the source [1]. Outside the octree,
-// the multipole expansion is used. Its error at two radii and beyond is stated in
-// multipole_expansion.h.
+// Half the edge length of the root cube of the octree, divided by the radius of the source [1].
+// Outside this cube, the multipole expansion is used. Its error at two radii and beyond is stated
+// in multipole_expansion.h.
 constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {
@@ -38,7 +38,7 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
 
 // Adds the cluster of parts [begin, end) and its descendants, and returns its index. A cluster of
 // more than eight parts is bisected along the longest axis of the bounding box of the parts'
-// centres. Its first child has half of the parts, rounded up to a multiple of eight.
+// centres. Its first child has about half of the parts; their number is a multiple of eight.
 Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, std::size_t end) {
   Vec3 low = source_->middle(parts[begin]), high = low;
   for (std::size_t i = begin; i < end; ++i) {
@@ -80,8 +80,8 @@ Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, s
 }
 
 // Classifies candidate clusters as far from a sphere or near it. Near clusters with children are
-// opened if they are larger than the sphere. For a leaf cube, all near clusters with children are
-// opened, and the result contains near groups instead of near clusters.
+// opened if they are larger than the sphere. If `leaf` is true, all near clusters with children are
+// opened, and Sorted::near contains indices of groups instead of clusters.
 ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
                                             const std::vector<Index>& candidates, bool leaf) const {
   Sorted result;

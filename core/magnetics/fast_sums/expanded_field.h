@@ -1,9 +1,9 @@
-// Field of a rigid source with many parts, evaluated at many points by an octree of local
-// expansions. The octree is built once in the axes of the source and refined towards the parts.
-// Each leaf cube has one local expansion for the field of all parts except the nearest, from
-// multipole-to-local translations as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]). The
-// nearest parts are summed exactly, eight at a time. Outside the octree, a multipole expansion of
-// the whole source is used.
+// Field of a rigid source with many parts (charged faces or dipoles), evaluated at many points by
+// an octree of local expansions. The octree is built once in the axes of the source and refined
+// towards the parts. Each leaf cube has one local expansion for the field of all parts except the
+// nearest, from multipole-to-local translations as in treecode.h ([GreengardRokhlin1987],
+// [Dehnen2002]). The nearest parts are summed exactly, eight at a time. Outside the octree, a
+// multipole expansion of the whole source is used.
 #pragma once
 
 #include "core/magnetics/fast_sums/source_groups.h"

@@ -36,7 +36,7 @@ class ExpandedMesh final : public Source {
 
   std::shared_ptr<const Polyhedron> mesh_;
   ExpandedField field_;
-  std::vector<Place> places_;  // (cubes of the octree) used for leaf cubes only
+  std::vector<Place> places_;  // place of each cube of the octree; meaningful for leaf cubes only
 };
 
 }  // namespace loomstone

@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Let q be J.n / 4 pi [T], with the polarization J and the unit normal n of a face. A table of
+// Let q be J.n / (4 pi) [T], with the polarization J and the unit normal n of a face. A table of
 // eight faces has rows for the three corners, the unit normal, twice the area, and q. Rows for each
 // of the three edges follow: both ends, the length, q times the in-plane normal of the edge, and q
 // times the normal of the face.

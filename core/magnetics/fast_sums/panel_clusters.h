@@ -38,9 +38,9 @@ class PanelClusters {
   // normals are closest to one of the six directions +-x, +-y and +-z.
   const std::vector<Index>& roots() const { return roots_; }
 
-  // gathered() selects the values of the panels of all clusters from the values `all` of the whole
-  // set, and returns them in the order of the clusters. scatter() adds `factor` times the values
-  // `own`, which are in this order, to the values of the whole set.
+  // gathered() returns the values of the grid's panels in the order of the clusters, given the
+  // values `all` of the whole set. scatter() adds `factor` times `own`, values of the grid's panels
+  // in the order of the clusters, to the values `all` of the whole set.
   Vector gathered(const Vector& all) const;
   void scatter(const Vector& own, double factor, Vector& all) const;
 

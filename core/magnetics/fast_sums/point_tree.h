@@ -1,5 +1,6 @@
 // Binary tree of points (k-d tree). A cell with too many points for a leaf is bisected along the
-// longest axis of its bounding box, at the median rounded up to a multiple of eight points.
+// longest axis of its bounding box, near the median: the number of points in the first half is a
+// multiple of eight.
 #pragma once
 
 #include <vector>
@@ -21,7 +22,7 @@ struct PointCell {
 
 struct PointTree {
   std::vector<PointCell> cells;  // sorted by level, the root first
-  std::vector<Index> order;      // row of each point in the order of the tree
+  std::vector<Index> order;      // order[i]: row in the input of point i of the tree
   int levels = 0;
 };
 

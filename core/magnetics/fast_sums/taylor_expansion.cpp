@@ -133,8 +133,8 @@ LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
   return (part[0] + part[1]) + (part[2] + part[3]);
 }
 
-// Adds the fields of n far cells to `local`, as add_far() does. Processes eight far cells at a time
-// and sums over the lanes once at the end.
+// Adds the potentials of n far cells to `local`, as add_far() does. Processes eight far cells at a
+// time and sums over the lanes once at the end.
 template <class Lanes>
 LOOMSTONE_INLINE void far_kernel(FarTables t, const TaylorExpansion::Far* far, Index n,
                                  double* local) {

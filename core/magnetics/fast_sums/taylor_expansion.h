@@ -28,14 +28,15 @@ class TaylorExpansion {
   int moments_size() const { return static_cast<int>(tables_.slim.size()); }
   int local_size() const { return static_cast<int>(tables_.powers.size()); }
 
-  // Adds the moments of n dipoles about `centre`. `positions` and `dipoles` are (n x 3).
+  // Adds to `moments` the multipole moments of n dipoles about `centre`. `positions` and the dipole
+  // moments `dipoles` are (n x 3).
   void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre,
                    double* moments) const;
-  // Adds the moments of n charges about `centre`. `positions` is (n x 3).
+  // Adds to `moments` the multipole moments of n charges about `centre`. `positions` is (n x 3).
   void add_charges(const double* positions, const double* charges, Index n, const Vec3& centre,
                    double* moments) const;
-  // Adds the moments of a child cell (multipole-to-multipole). The vector `shift` leads from the
-  // child's centre to the new centre.
+  // Shifts the multipole moments of a child cell to a new centre, and adds them to `moments`
+  // (multipole-to-multipole). The vector `shift` leads from the child's centre to the new centre.
   void add_moments(const double* child, const Vec3& shift, double* moments) const;
 
   struct Far {
@@ -61,7 +62,7 @@ class TaylorExpansion {
   // Number of doubles that evaluate_at() may read past the coefficients; their values have no
   // effect.
   static constexpr int beyond = 7;
-  // Stores the coefficients of `local` for evaluate_at().
+  // Stores the coefficients of `local` in `rows`, in the order that evaluate_at() uses.
   void pack(const double* local, double* rows) const;
   // Computes the same as evaluate() at one point, except for rounding errors. `rows` contains the
   // coefficients from pack(), followed by at least `beyond` readable doubles.

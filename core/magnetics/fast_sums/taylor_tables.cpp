@@ -27,8 +27,8 @@ class MultiIndices {
     const Exponents &first = all_[a], &second = all_[b];
     return place(first.n[0] + second.n[0], first.n[1] + second.n[1], first.n[2] + second.n[2]);
   }
-  // Returns the place of multi-index `at` with the exponent of `axis` lowered by `by`, or 0 if this
-  // exponent would be negative.
+  // Lowers the exponent of `axis` in the multi-index at place `at` by `by`. Returns the place of
+  // the result, or 0 if the exponent would be negative.
   int less(int at, int axis, int by) const {
     int n[3] = {all_[at].n[0], all_[at].n[1], all_[at].n[2]};
     n[axis] -= by;

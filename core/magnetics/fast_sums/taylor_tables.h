@@ -12,7 +12,8 @@ namespace loomstone {
 struct TaylorTables {
   static constexpr int highest_order = 14;
 
-  // A place is the index of a multi-index. Multi-indices are sorted by degree, then by z exponent.
+  // A place is the index of a multi-index. Multi-indices are sorted by degree, then by z exponent,
+  // then by descending x exponent.
   struct Power {  // x^n / n! is the value at place `before` times x_axis * share
     int before, axis;
     double share;
@@ -40,7 +41,7 @@ struct TaylorTables {
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
   std::vector<Derivative> derivatives;   // one for each slim place
   std::vector<Trace> derivative_traces;  // one for each place with a z exponent of 2
-  std::vector<std::uint16_t> products;   // places of n + m for slim n and m, for add_far()
+  std::vector<std::uint16_t> products;   // for add_far(): places of n + m for slim n, m except 0
   std::vector<Trace> traces;             // one for each non-slim place, sorted by z exponent
   std::vector<Shift> moment_shifts, local_shifts;
 };

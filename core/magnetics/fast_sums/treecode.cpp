@@ -124,8 +124,9 @@ bool controlled(double tolerance, const PointTree& observers, const std::vector<
   return false;
 }
 
-// Buffers for the points of a leaf. `own` are the moments at these points. `field` and `gradient`
-// are due to far cells, `near` (field or gradient) and `near_force` to near leaves.
+// Buffers for the points of a leaf. `own` contains the moments at these points. `field` and
+// `gradient` are due to far cells, divided by mu0 / 4 pi. `near` (field or gradient) and
+// `near_force` are due to near leaves.
 struct LeafValues {
   alignas(64) double points[3 * leaf_size], own[3 * leaf_size], field[3 * leaf_size],
       gradient[6 * leaf_size], near[6 * leaf_size], near_force[3 * leaf_size];

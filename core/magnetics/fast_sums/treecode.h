@@ -3,11 +3,12 @@
 // are far apart relative to their sizes interact by expansions. Neighbouring leaves interact
 // directly.
 //
-// The error is the root mean square over observers, relative to the root mean square of the result.
-// Field and gradient, or forces and torques, must both meet the tolerance. The error is measured at
-// up to 128 observers, for which the sum is also computed directly. More accurate expansions are
-// tried until the error meets the tolerance. If there are few pairs or no expansion suffices, all
-// pairs are summed directly. The result is bit-identical for any number of threads.
+// The relative error is the root mean square of the error over observers, divided by the root mean
+// square of the result. Field and gradient (if requested), or forces and torques, must both meet
+// the tolerance. The error is measured at up to 128 observers, for which the sum is also computed
+// directly. More accurate expansions are tried until the error meets the tolerance. If there are
+// few pairs (see most_direct_pairs) or no expansion suffices, all pairs are summed directly. The
+// result is bit-identical for any number of threads.
 //
 // Forces between the dipoles of one set are equal and opposite for each pair of cells. Truncation
 // leaves a small total torque, which is subtracted in equal parts from all torques.

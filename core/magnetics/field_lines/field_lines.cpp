@@ -13,8 +13,9 @@ namespace loomstone {
 namespace {
 
 constexpr double largest_turn = 0.1;  // approximate largest turn between output points [rad]
-// Largest turn of the tangent in a step [rad]. It does not limit steps shorter than the allowed
-// error. At this turn, the error of cubic interpolation is 3e-4 of the radius of curvature.
+// Largest turn of the tangent in a step [rad]. It does not limit steps that are shorter than the
+// allowed error of a step (LineOptions::tolerance). At this turn, the error of cubic interpolation
+// is 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
 // A line ends if it has moved by less than `least_move` times the allowed error in `steps_to_move`
 // steps. Without this rule, a line would turn endlessly near a point where the field vanishes. Such
@@ -82,7 +83,7 @@ struct Tracer {
   Vec3 mark = Vec3::Zero();            // position when n_steps was last a multiple of steps_to_move
   int n_steps = 0;                     // number of accepted steps
   Index origin = 0;                    // index of the seed
-  bool inside = false, close = false;  // inside: in a body; close: in a body or its layer
+  bool inside = false, close = false;  // inside: in a body; close: in a layer or the body within it
   bool away = false, done = false;     // away: has been far from its seed; done: has ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;

@@ -141,8 +141,8 @@ std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high,
     open.pop_back();
     const Cell& cell = cells_[index];
     const Vec3 edges = cell.high - cell.low;
-    // Smallest distance at which the cell may be used unless it is a leaf [m], r_c in (6.19) of
-    // [Thomaszewski2010].
+    // Smallest distance at which the cell may be used if it has children [m], r_c in (6.19) of
+    // [Thomaszewski2010]. A leaf may be used at any distance.
     const double wanted = separation_ * edges.maxCoeff();
     const double spheres =
         (0.5 * (cell.low + cell.high) - other_middle).norm() - 0.5 * edges.norm() - other_radius;

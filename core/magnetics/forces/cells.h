@@ -1,16 +1,16 @@
 // Magnets as hierarchies of dipole cells, section 6.3.2 of [Thomaszewski2010]. Level 0 is the
-// bounding box. Cells are bisected across their longest edge until they reach a given density. A
-// leaf of volume v is dropped unless its centre lies inside the magnet, at least half its diameter
-// v^(1/3) below the surface. Cells without leaves are dropped too. If no leaf remains, one cell
-// represents the whole magnet. The moments of the cells at each level, with the leaves of coarser
-// levels, add up to the moment of the magnet. For each pair of bodies, equation (6.19) selects the
-// cells that interact. These cells are called the front.
+// bounding box. Cells are bisected across their longest edge until there is a given number of cells
+// per volume. A leaf of volume v is dropped unless its centre lies inside the magnet, at least half
+// its diameter v^(1/3) below the surface. Cells without leaves are dropped too. If no leaf remains,
+// one cell represents the whole magnet. The moments of the cells at each level, with the leaves of
+// coarser levels, add up to the moment of the magnet. For each pair of bodies, equation (6.19)
+// selects the cells that interact. These cells are called the front.
 //
-// There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
-// leaves, not the centre of its box. In (6.19), a cell with longest edge e counts with the density
-// 1/e^3 of a cube with this edge. If two cells are closer than the smaller leaf diameter R of the
-// two bodies, their force at the distance r is F ~ 1/(R^3 r), and their torque is T ~ 1/R^3. This
-// law conserves angular momentum.
+// There are three differences from [Thomaszewski2010]. The position of a cell is the mean position
+// of its leaves, not the centre of its box. In (6.19), a cell with longest edge e counts with the
+// density 1/e^3 of a cube with this edge. If two cells are closer than the smaller leaf diameter R
+// of the two bodies, their force at the distance r is F ~ 1/(R^3 r), and their torque is
+// T ~ 1/R^3. This law conserves angular momentum.
 #pragma once
 
 #include <vector>

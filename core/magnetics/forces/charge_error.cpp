@@ -93,17 +93,18 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
 }
 
 // Returns the estimated error of `force`, the force (or torque / radius) between a sphere with
-// induced charge and another body, due to the truncation of the sphere's series [N]. The error is 0
-// for two such spheres, whose charges are smoother than those beside a magnet.
+// induced charge and another body, due to the truncation of the sphere's series [N]. The result is
+// 0 for two such spheres, because their charges are smoother than that of a sphere beside a magnet.
 //
-// The decay that the coefficients show is used only if the series has converged or the user has
-// chosen a low degree. Otherwise, even most of the force can be missing. The result is then at
-// least the force between a plane of infinite permeability and a dipole with the moment of the
-// other body.
+// The decay of the coefficients (SeriesEnd::decay) is used only if the series has converged or the
+// user has chosen a low degree. Otherwise, most of the force can be missing from the series. The
+// result is then at least the force between a plane of infinite permeability and a dipole with the
+// moment of the other body.
 double error_of_series(const MagneticBody& sphere, const MagneticBody& by, double force) {
   if (by.source->series_end().degree > 0) return 0.0;
   constexpr double converged = 6.0;
-  // Lower degrees count as chosen by the user. Automatic ones are so low only at large distances.
+  // Lower degrees count as chosen by the user. Degrees that are chosen automatically are so low
+  // only at large distances.
   constexpr int chosen = 10;
   const SeriesEnd end = sphere.source->series_end();
   const double radius = sphere.source->radius(),

@@ -1,6 +1,7 @@
 // Forces and torques between bodies. In general, the force that the field of one body exerts on the
-// charge or current of the other is integrated. The reaction on the first body follows from the
-// balance of linear and angular momentum, which therefore holds up to rounding errors.
+// charge or current of the other is integrated. The reaction on the body that causes the field
+// follows from the balance of linear and angular momentum, which therefore holds up to rounding
+// errors.
 //
 // Dipoles, cells (see cells.h) and hard spheres need no integral, and pairs of parallel cuboids
 // have a closed form. Integrals over an induced body are sums over samples of its charge; for pairs
@@ -50,7 +51,8 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
                                       const std::vector<KnownField>& known = {});
 
 // Returns the interaction energy [J] of two bodies at constant magnetisation. `tolerance` is that
-// of integrate_panels(). Throws Unsupported if a body is a current, or if both bodies are induced.
+// of integrate_panels(). Throws Unsupported if a body is a current, or if both bodies are induced,
+// and InvalidInput if `tolerance` is not in [1e-12, 0.1].
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance);
 // Returns the sum of the energies of all pairs of bodies on different carriers, or of all pairs if
 // `carrier` is empty [J].

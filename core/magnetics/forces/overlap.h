@@ -9,10 +9,10 @@
 
 namespace loomstone {
 
-// Returns whether two bodies overlap by more than 1e-6 of the sum of their radii. This tolerance
-// allows for rounding. Bodies may touch. Dipoles, currents and cells fill no space, so they never
-// overlap. The test is exact for pairs of hard cuboids and for pairs with a sphere. For other
-// pairs, a lattice of points on the surface of each body is tested.
+// Returns whether two bodies overlap by more than 1e-6 of the sum of their radii
+// (Source::radius()). This tolerance allows for rounding. Bodies may touch. Dipoles, currents and
+// cells fill no space, so they never overlap. The test is exact for pairs of hard cuboids and for
+// pairs with a sphere. For other pairs, a lattice of points on the surface of each body is tested.
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 
 // Returns the outward unit normal of a solid source's surface at the surface point closest to

@@ -39,8 +39,8 @@ struct Integrand : PanelTask {
     return sample;
   }
 
-  // Returns pieces of a panel, cut where the field of `by` is singular, or none if these places are
-  // not known.
+  // Returns pieces of a panel, cut where the field of `by` is singular. Returns none if these
+  // places are not known, or if cut_along_rims() returns none.
   std::vector<Panel> cut(const Panel& panel) const {
     const bool flat =
         panel.shape == Panel::Shape::parallelogram || panel.shape == Panel::Shape::triangle;
@@ -150,7 +150,7 @@ struct Subdivision {
   std::vector<Panel> panels;  // first those of the integrand, then pieces of them
   Index n_uncut = static_cast<Index>(panels.size());
   std::vector<Leaf> leaves = {};
-  std::vector<Index> n_parts = {};  // (panels) number of leaves; -1: must not be cut (again)
+  std::vector<Index> n_parts = {};  // leaves of each panel; -1: the panel must not be cut (again)
   Index evaluations = 0;
 
   void integrate_leaf(Leaf& leaf) {

@@ -11,7 +11,7 @@ namespace {
 // [m/s], and size of the part that the dipole represents [m].
 struct Dipoles {
   Eigen::Array<double, Eigen::Dynamic, 7> table;
-  std::vector<Index> starts;  // (magnets + 1) first dipole of each magnet
+  std::vector<Index> starts;  // first row of each magnet, followed by the number of rows
 };
 enum Column { x, y, z, vx, vy, vz, size };
 

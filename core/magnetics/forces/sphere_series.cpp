@@ -59,12 +59,13 @@ int degree_of(double decay, double tolerance) {
 // For a dipole that points to the sphere's centre, terms of degree l of the force are approximately
 // proportional to (l + 3/2)^3 exp(-x l), where x is SeriesEnd::decay. The terms that the series
 // omits also contribute to the field at its sample points, and thus change the terms that it
-// contains. The factor `sampled` for this effect is fitted to true errors between 1e-8 and 0.3, of
-// dipoles at distances of 1.005 to 2 radii from the centre. For degrees from 10 on, the estimate is
-// 0.5 to 4 times the true error.
+// contains. The factor `sampled` for this effect is fitted to true relative errors between 1e-8 and
+// 0.3, for dipoles at distances of 1.005 to 2 radii from the centre. For degrees from 10 on, the
+// estimate is 0.5 to 4 times the true error.
 double truncated_share(const SeriesEnd& end) {
   const double sampled = std::clamp(0.8 * (end.degree - 2), 0.0, 40.0);
-  const auto beyond = [&](double degree) {  // sum of the terms beyond a degree, except for a factor
+  // Sum of the terms beyond a degree, divided by a factor that does not depend on the degree.
+  const auto beyond = [&](double degree) {
     const double y = end.decay * (degree + 2.0);
     return std::exp(-y) * (1.0 + y + y * y / 2.0 + y * y * y / 6.0);
   };

@@ -11,10 +11,10 @@ namespace loomstone {
 // the dipole at its centre.
 double distance_to_source(const MagneticBody& body, const Vec3& point);
 
-// Each of the next two functions returns a number x such that terms of degree l of the force on a
-// sphere decay as exp(-x l). `distance` [m] is that of the nearest source from the sphere's centre.
-// In the second function, this source is another sphere with induced charge. `other` [m] is its
-// radius, and `distance` that of its centre.
+// Each of the next two functions returns the number x such that terms of degree l of the force on a
+// sphere of the given radius [m] decay as exp(-x l), or 1e-3 if x is smaller. `distance` [m] is
+// that of the nearest source from the sphere's centre. In the second function, this source is
+// another sphere with induced charge. `other` [m] is its radius, and `distance` that of its centre.
 double sphere_decay(double radius, double distance);
 double sphere_decay(double radius, double other, double distance);
 

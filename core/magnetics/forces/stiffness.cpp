@@ -17,7 +17,8 @@ constexpr int most_parts = 64;
 constexpr double longest_part =
     1.5;  // largest ratio of a part's longest edge to the cube root of its volume
 
-// Returns the centres of the parts of a box that is divided into count[k] parts along axis k.
+// Returns the centres of the parts of a box that is divided into count[k] parts along axis k. The
+// vector `part` contains the edge lengths of a part [m].
 Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
   Points positions(count[0] * count[1] * count[2], 3);
   Index row = 0;

@@ -14,13 +14,13 @@ constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
 // If there are at least this many leaves, no further round of bisection starts. With this limit,
 // the relative error of the force between a block magnet and a plate is at most 1e-3 if the block
-// is rotated by 17 or 45 degrees about its axis (docs/experiments/magnetics.md).
+// is rotated by 17 or 45 degrees about the normal of the plate (docs/experiments/magnetics.md).
 constexpr std::size_t most_leaves = 4000;
 // Panels and leaves are bisected if their error is at least this fraction of the largest error.
 constexpr double worst = 0.1;
 
 struct Judged {
-  double error[2] = {0.0, 0.0};  // quadrature errors of (B.n) B in u and in v [T^2 m^2]
+  double error[2] = {0.0, 0.0};  // estimated quadrature errors of (B.n) B in u and in v [T^2 m^2]
   double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
   double whole() const { return error[0] + error[1]; }
 };

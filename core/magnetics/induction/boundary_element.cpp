@@ -56,8 +56,8 @@ Rectangle rectangle_of(const FlatPanel& p) {
   return r;
 }
 
-// Returns the flux of a unit charge density on `by` through `on` [m^2]. A flux along the positive
-// coordinate axis on.axis, which is normal to `on`, counts as positive.
+// Returns the flux through `on` that a unit charge density on `by` causes [m^2]. A flux along the
+// positive coordinate axis on.axis, which is normal to `on`, counts as positive.
 double rectangle_flux(const Rectangle& on, const Rectangle& by) {
   const Vec3 on_ends[2] = {on.low, on.high}, by_ends[2] = {by.low, by.high};
   double sum = 0.0;
@@ -115,8 +115,9 @@ LOOMSTONE_INLINE Lanes in_lanes(const double* values) {
   return lanes_load<Lanes>(values);
 }
 
-// Computes by quadrature the fluxes of a unit charge density on `by` through `on` [m^2]. Either
-// `on` or `by` contains eight panels, and flux[l] is the flux through or from the panel in lane l.
+// Computes by quadrature the fluxes through `on` that a unit charge density on `by` causes [m^2].
+// Either `on` or `by` contains eight panels, and flux[l] is the flux through or from the panel in
+// lane l.
 template <class Lanes, class On, class By>
 LOOMSTONE_INLINE void flux_by_points(const On& on, const By& by, double* flux) {
   Lanes sum{};

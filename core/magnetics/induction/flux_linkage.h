@@ -10,9 +10,10 @@
 
 namespace loomstone {
 
-// Location of those parts of a body that lie between the heights of a winding's ends. If the whole
-// body lies beyond an end of the winding, both values are false. Both are true if, between these
-// heights, some edges of the body's surface polygons are in the bore and some are outside it.
+// Location of those parts of a body that lie between the heights of a winding's ends; heights are
+// measured along the winding's axis. If the whole body lies beyond an end of the winding, both
+// values are false. Both are true if, between these heights, some edges of the body's surface
+// polygons are in the bore and some are outside it.
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };

@@ -23,8 +23,8 @@ void over_blocks(const Team& team, Index n, Body&& body) {
   });
 }
 
-// Transforms points to the body's axes and stores them as coordinate arrays. Padding lanes repeat
-// the last point. Returns the padded number of points.
+// Transforms points to the body's axes and stores them in `columns` as coordinate arrays. The last
+// point is repeated until the number of points is a multiple of n_lanes. Returns this number.
 Index local_columns(const RigidPose& pose, const Mat3& rotation, const ConstPointsRef& points,
                     Index begin, Index end, double* columns) {
   const Index n = end - begin, padded = (n + n_lanes - 1) / n_lanes * n_lanes;

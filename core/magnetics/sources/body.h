@@ -13,7 +13,7 @@ class TriangleMesh;
 
 struct MagneticBody {
   SourcePtr source;
-  RigidPose pose;  // pose of the source's axes; `position` counts as the centre of the body
+  RigidPose pose;  // pose of the source's axes; torques are about `position` (the body's centre)
 
   // Returns the dipole moment in world axes [A m^2].
   Vec3 moment() const { return rotation_matrix(pose.orientation) * source->moment(); }

@@ -25,8 +25,8 @@ struct PanelGrid {
 // Panels of a body, without their charge.
 struct PanelSet {
   // Distance from a panel's centre, in units of FlatPanel::reach, beyond which four point charges
-  // replace the closed form. The largest relative error of the field there is about 2.4e-4 for a
-  // square and 1.2e-3 for an equilateral triangle.
+  // replace the closed form. Beyond this distance, the relative error of the field is at most about
+  // 2.4e-4 for a square and 1.2e-3 for an equilateral triangle.
   static constexpr double near = 5.0;
 
   // `order` is the number of sample points in each direction of a panel.
@@ -49,12 +49,12 @@ struct PanelRange {
 };
 
 using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-// Computes the flux [m^2] of a unit charge density on each panel of `by` (columns) through each
-// panel of `on` (rows). `pose` is the pose of `on` in the axes of `by`.
+// Computes, for a unit charge density on each panel of `by` (columns), the flux [m^2] of its field
+// through each panel of `on` (rows). `pose` is the pose of `on` in the axes of `by`.
 FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const PanelRange& by);
 
-// Computes mu0 H [T] of panels with charges mu0 sigma [T] at n points. Points and field have the
-// layout of a block (see points_per_block), but n can be any multiple of 8.
+// Computes mu0 H [T] of panels at n points. `charges` contains mu0 sigma on each panel [T]. Points
+// and field have the layout of a block (see points_per_block), but n can be any multiple of 8.
 void panel_field(const PanelRange& by, const double* charges, const double* points, Index n,
                  double* field);
 
@@ -63,15 +63,15 @@ class ChargedPanels final : public Source {
   // `charges` contains mu0 sigma on each panel [T], multiplied by PanelGrid::share. `solid` is the
   // body that the panels enclose, or null.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
-  // Additional charge that varies within panels. On panels that are not divided, it is given at the
-  // samples of the set. On divided panels, it is given on their parts, which have samples of their
-  // own.
+  // Additional charge that varies within panels. On a panel that is divided into parts, it is given
+  // on the parts, which have samples of their own. On all other panels, it is given at the samples
+  // of the set.
   struct Fine {
     Vector at_samples;  // mu0 times the additional charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;  // mean of the additional mu0 sigma on each part [T]
-    // Samples of the additional charge on the parts, including its mean. Each part has the same
-    // number of samples.
+    // Samples of the additional charge on the parts. Their charges include the means in `charges`.
+    // Each part has the same number of samples.
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown

@@ -67,7 +67,8 @@ LOOMSTONE_INLINE Lanes faces_across(const Lanes* u, const Lanes* v, const Lanes*
   Lanes sum{};
   for (int i = 0; i < 2; ++i) {
     // A corner contributes the angle of the vector (|u| r, v w sign u). This angle lies in
-    // [-pi/2, pi/2]. Two corners are combined as the angle of a product of complex numbers.
+    // [-pi/2, pi/2]. The difference between the angles of two corners is computed as the angle of a
+    // product of complex numbers.
     const Lanes size = lanes_abs(u[i]);
     Lanes face{};
     for (int k = 0; k < 2; ++k) {

@@ -29,7 +29,7 @@ LOOMSTONE_INLINE DipoleArm<Lanes> dipole_arm(const Lanes3<Lanes>& p, const T* po
   return a;
 }
 
-// Adds the field of a dipole m, divided by mu0 / 4 pi. `mr` is the dot product m.r.
+// Adds the field of a dipole m, divided by mu0/(4 pi), to `b`. `mr` is the dot product m.r.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                        Lanes3<Lanes>& b) {
@@ -39,7 +39,8 @@ LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, co
   b.z += (along * a.r.z - m[2]) * a.inverse3;
 }
 
-// Adds the gradient of the field of a dipole, divided by 3 mu0 / 4 pi, as xx, xy, xz, yy, yz, zz.
+// Adds the gradient of the field of a dipole m, divided by 3 mu0/(4 pi), to `sum`. The order is xx,
+// xy, xz, yy, yz, zz.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_gradient(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                           Lanes* sum) {

@@ -87,8 +87,9 @@ LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T*
   g[5] += outward[2] * d.log.z + normal[2] * d.angle.z;
 }
 
-// Returns the solid angle of a triangle [VanOosteromStrackee1983], positive on the side of its
-// normal. f contains its three corners, unit normal and twice its area.
+// Returns the solid angle of a triangle seen from p [VanOosteromStrackee1983]. It is positive if p
+// is on the side to which the normal points. f contains the triangle's three corners, its unit
+// normal and twice its area.
 template <class Lanes, class T>
 LOOMSTONE_INLINE Lanes solid_angle(const Lanes3<Lanes>& p, const T* f, double nearest) {
   const Lanes3<Lanes> a = {p.x - f[0], p.y - f[1], p.z - f[2]},

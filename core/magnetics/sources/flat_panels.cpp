@@ -240,8 +240,8 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         result.push_back(make_panel(corners, 3));
       };
       // The diagonals alternate, so the panels are symmetric about z = 0 and about the vertical
-      // planes through opposite edges of the prism. The corners at which quadrature rules collapse
-      // alternate, too, so quadrature points are symmetric about these vertical planes.
+      // planes through opposite edges of the prism. Corner 0 of the triangles (see panel_points())
+      // alternates, too, so quadrature points are symmetric about these vertical planes.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)

@@ -35,9 +35,9 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 // shortest edges. Panels are refined quadratically towards edges and corners, where the charge is
 // singular. The number of panels along a longer edge is a multiple of `cells`. If `cells` is large,
 // panels far from the ends of an edge are at most 1.38 times as wide as those in the middle of the
-// shortest edge. This width resolves the charge opposite the edges of a magnet: in a thin body,
-// this charge varies at the scale of the thickness. Very wide bodies have fewer panels than this
-// width requires, and the size of their panels grows towards the middle.
+// shortest edge. This width resolves the charge that a nearby magnet induces opposite the magnet's
+// edges: in a thin body, this charge varies at the scale of the thickness. Very wide bodies have
+// fewer panels than this width requires, and the size of their panels grows towards the middle.
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
 // faces, for a magnet near this middle. Closer to the middle than `focus`, panels are nearly equal
@@ -56,8 +56,8 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
                                        int cells);
 
-// Returns the triangles of a closed mesh, refined until there are at least `panels` of them. The
-// longest edges are bisected, together with the two triangles at each edge.
+// Returns the triangles of a closed mesh, refined until there are at least `panels` of them. Each
+// refinement bisects the longest edge, and thereby the two triangles at this edge.
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels);
 
 }  // namespace loomstone

@@ -16,7 +16,8 @@ struct GaussRule {
 // degree 2 n - 1.
 const GaussRule& gauss_rule(int n);
 
-// Computes the nodes and weights of a rule with any n >= 1 points. Both arrays have length n.
+// Computes the nodes and weights of the rule with n >= 1 points; n may exceed most_gauss_points.
+// Both arrays have length n.
 void gauss_points(int n, double* nodes, double* weights);
 
 }  // namespace loomstone

@@ -52,8 +52,8 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Coefficients of each component of the field or gradient, and the factors of the recurrence, all
-// as triangular arrays.
+// Coefficients of each component of the field or gradient, and the factors a and b of
+// HarmonicRecurrence, all as triangular arrays.
 struct Series {
   const double* const* coefficients;
   const double *factor_a, *factor_b;

@@ -16,9 +16,10 @@ namespace loomstone {
 
 class MultipoleExpansion {
  public:
-  // Distance from the origin, in radii of the body, from which on a Polyhedron uses the expansion.
+  // Smallest distance from the origin, in radii of the body, at which a Polyhedron uses the
+  // expansion.
   static constexpr double near = 4.0;
-  static constexpr int degree = 24;  // truncation error at `near` radii: of the order of 4^-25
+  static constexpr int degree = 24;  // highest degree of the potential; for errors: field_block()
 
   // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions must
   // lie within `radius` [m] of the origin. The net charge is taken to be zero.

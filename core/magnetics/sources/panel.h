@@ -31,17 +31,19 @@ struct Panel {
   // given by its point nearest to the z axis [m], with z set to 0.
   Vec3 line0 = Vec3::Zero(), line1 = Vec3::Zero();
   Vec3 magnetization = Vec3::Zero();  // [A/m]; its normal component is the charge density
-  double sign = 1.0;                  // sign of a side's or disc's normal (-1: bore, lower face)
-  // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. On
-  // circles and sides, a positive current flows towards larger azimuth.
+  // Sign of the outward normal, along the radius on a side or along z on a disc (-1: bore, lower
+  // face).
+  double sign = 1.0;
+  // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. A
+  // positive current flows along b on segments, and towards larger azimuth on circles and sides.
   double current = 0.0;
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }
-  // Returns the distance from the z axis to the inner (0) or outer (1) boundary of a disc, in the
-  // direction (cosine, sine) [m].
+  // Returns the distance [m] from the z axis to the inner (0) or outer (1) boundary of a disc, in
+  // the direction (cosine, sine).
   double reach(int boundary, double cosine, double sine) const;
-  // Returns the sample at (u, v) in the unit square; lines ignore v. Area, charge and current are
-  // densities with respect to u and v.
+  // Returns the sample at (u, v) in the unit square; segments and circles ignore v. Area, charge
+  // and current are densities with respect to u and v.
   PanelSample at(double u, double v) const;
 };
 

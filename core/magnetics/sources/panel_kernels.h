@@ -14,8 +14,9 @@ namespace loomstone::panel_kernels {
 //   centre, squared distance beyond which points replace the closed form,
 //   number of triangles, number of edges,
 //   2 triangles: corners, normal, twice the area,
-//   4 edges: two ends, length, normal of the edge in the plane,
+//   4 edges: two ends, length, outward normal of the edge in the plane of the panel,
 //   4 points: position, and the area that the point represents, divided by 4 pi.
+// A triangular panel leaves the second triangle and the fourth edge unused.
 inline constexpr int triangles_at = 6, triangle_stride = 13,
                      edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
                      points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
@@ -142,8 +143,9 @@ struct FluxPoints {
   Index n;
 };
 
-// Adds to the flux matrix `out` the flux of a unit charge density on each panel of `by` (columns)
-// through the area of each point of `on`, in the row of the point's panel.
+// Computes, for a unit charge density on each panel of `by` (columns), the flux of its field
+// through the area of each point of `on`. Adds it to the flux matrix `out`, in the row of the
+// point's panel.
 template <class Lanes>
 LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   for (Index i = 0; i < on.n; i += n_lanes) {
@@ -157,7 +159,7 @@ LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   }
 }
 
-// Adds the gradient of the field of the uniform density `charge` on the panel with table t.
+// Adds the gradient of the field of the uniform charge density `charge` on the panel with table t.
 template <class Lanes>
 LOOMSTONE_INLINE void add_panel_gradient(const Lanes3<Lanes>& p, const double* t, double radius,
                                          double charge, Lanes* sum) {
@@ -193,8 +195,9 @@ LOOMSTONE_INLINE void gradient_kernel(PanelTables by, const double* charges, con
   }
 }
 
-// Adds the fields q r / (r^2 + s^2)^(3/2) of point charges q with smoothing lengths s. `charges`
-// contains five values for each charge: position, q and s^2.
+// Adds the fields q r / (|r|^2 + s^2)^(3/2) of point charges q with smoothing lengths s, where r is
+// the vector from the charge to the point. `charges` contains five values for each charge:
+// position, q and s^2.
 template <class Lanes>
 LOOMSTONE_INLINE void add_smoothed_field(const double* charges, Index count, const double* points,
                                          Index n, double* out) {

@@ -58,8 +58,9 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
   }
 }
 
-// Computes gradients from the edges alone, with Omega and L of polyhedron.h. The gradient of Omega
-// is proportional to the field of a current along the boundary of the face. That of L is algebraic.
+// Computes gradients from the edges alone. polyhedron.h defines Omega and L. The gradient of Omega
+// is proportional to the field of a current along the boundary of the face. The gradient of L is an
+// algebraic function; see edge_gradients().
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
                                       const double* points, Index n, double* out) {

@@ -1,4 +1,4 @@
-// A segment with edge vector l and vectors r0, r1 from its ends to the point contributes
+// A segment with current I, edge vector l and vectors r0, r1 from its ends to the point contributes
 //   B = mu0 I/4pi (l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2)
 // with d0 = |r0| and d1 = |r1|.
 #include "core/magnetics/sources/polyline.h"

@@ -19,7 +19,8 @@ struct SourceRecipe {
   std::string kind;  // name of the function of loomstone.magnetics to call; empty if none
   std::vector<std::pair<std::string, Value>> values;  // arguments of function `kind`, in SI units
   std::shared_ptr<const TriangleMesh> mesh;           // mesh in the axes of the body [m], or null
-  std::shared_ptr<const SourceRecipe> of;             // for cells: recipe of the magnet; else null
+  // For a magnet divided into cells: recipe of the undivided magnet. Otherwise null.
+  std::shared_ptr<const SourceRecipe> of;
 };
 
 }  // namespace loomstone

@@ -45,7 +45,7 @@ struct UniformCuboid {
   Vec3 size, polarization;  // edge lengths [m], J [T]
 };
 
-// A uniformly magnetised cylinder about the z axis, centred at the origin, or a ring.
+// Radii of a uniformly magnetised cylinder or ring about the z axis, centred at the origin.
 struct UniformCylinder {
   double radius, inner_radius;  // [m]; inner_radius is 0 for a cylinder
 };

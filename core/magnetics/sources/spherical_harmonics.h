@@ -1,9 +1,9 @@
 // Spherical harmonics in Schmidt semi-normalisation, which prevents overflow at high degree:
 //   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),   m >= 0,
-// where P_lm omits the Condon-Shortley phase (-1)^m. About a sphere of radius a, let Phi be the
-// scalar potential times mu0 / a. For an applied field, Phi is a sum of Re(L_lm Y_lm) (r/a)^l. For
-// a charge on the sphere, Phi outside is a sum of Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and
-// c have the unit of mu0 H [T].
+// where P_lm omits the Condon-Shortley phase (-1)^m. For a sphere of radius a about the origin, let
+// Phi be the scalar potential times mu0 / a. For an applied field, Phi is a sum of
+// Re(L_lm Y_lm) (r/a)^l. For a charge on the sphere, Phi outside is a sum of
+// Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and c have the unit of mu0 H [T].
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,7 @@ class SphericalHarmonics {
 
   int degree_, turns_;
   Vector cosines_, weights_;
-  Eigen::MatrixXd waves_, sines_;  // cosine and sine of m (columns) times each azimuth (rows)
+  Eigen::MatrixXd waves_, sines_;  // cos(m phi) and sin(m phi); rows: azimuths phi, columns: m
   Points points_;
   Vector shares_;
 };

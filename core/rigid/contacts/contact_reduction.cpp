@@ -87,8 +87,8 @@ class Reduction {
     return {first, second, third, fourth};
   }
 
-  // Returns whether no contact is deeper than the two triangles between the corners. False if all
-  // corners lie on a line.
+  // Returns whether no contact is deeper, by more than margin_, than the two triangles between the
+  // corners. False if all corners lie on a line.
   bool lies_on(const Indices& corners) const {
     const Vec3 &first = at(corners[0]), line = at(corners[1]) - first;
     bool has_area = false;
@@ -143,9 +143,8 @@ class Reduction {
 // Leaves out contacts that are closer than `distance` [m] to another contact whose gap is smaller
 // by more than `distance`, or to an earlier contact whose gap differs by at most `distance`. Edges
 // of the hull that share a corner give the same contact there, and so do triangles that share a
-// corner or side.
-// Both ends of an edge of a thin hull can have the same contact point on the surface, but only the
-// nearer end touches it.
+// corner or side. Both ends of an edge of a thin hull can have the same contact point on the
+// surface, but only the nearer end touches it.
 void leave_out_repeated(std::vector<HullContact>& contacts, double distance) {
   // Sorting the contacts along an axis brings those at almost equal points close together. The axis
   // is skew, so that few points of a grid have the same coordinate. Its length is at most 1, so the

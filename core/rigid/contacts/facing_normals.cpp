@@ -148,7 +148,7 @@ class FacingNormals {
     return normal ? normal->dot(query_.centre - closest.point) : 0.0;
   }
 
-  // Returns the oriented normal, of any length, at a point of triangle t. Returns nothing on the
+  // Returns the oriented normal at a point of triangle t, not normalised. Returns nothing on the
   // surface's boundary.
   std::optional<Vec3> normal_at(std::size_t t, const TrianglePoint& point) const {
     if (point.feature == TriangleFeature::Face) return oriented(t);

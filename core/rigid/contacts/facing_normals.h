@@ -24,15 +24,15 @@ struct FacingQuery {
 // Returns, for each triangle, the unit normal that points to the hull's side of the surface, or
 // zero if the triangle has no area. Triangles with common edges form a surface, and all of them
 // face the same side of it. Each triangle first determines a side by its own plane: the side of the
-// contacts of the previous step in this plane or, if there are none, that of the hull's centre. If
-// the triangles of the surface contradict each other, the side is that of the contacts in the
-// planes of all its triangles or, if there are none or they contradict each other, that of the
-// hull's centre. The surface normal at the point closest to the centre determines the side of the
-// centre. At an edge, this normal is the mean of the normals of the two triangles; at a corner, it
-// is the mean over the triangles there, weighted by their angles [BaerentzenAanaes2005]. A triangle
-// therefore does not turn to a hull that lies behind the plane of the triangle but outside the
-// surface. If the surface does not have two sides, or if the closest point lies on its boundary,
-// each triangle keeps the side that it determined first.
+// contact of the previous step that is closest to this plane (see FacingQuery::before) or, if there
+// is none, that of the hull's centre. If the triangles of the surface contradict each other, the
+// side is that of all contacts in the planes of its triangles or, if there are none or they
+// contradict each other, that of the hull's centre. The surface normal at the point closest to the
+// centre determines the side of the centre. At an edge, this normal is the mean of the normals of
+// the two triangles; at a corner, it is the mean over the triangles there, weighted by their angles
+// [BaerentzenAanaes2005]. A triangle therefore does not turn to a hull that lies behind the plane
+// of the triangle but outside the surface. If the surface does not have two sides, or if the
+// closest point lies on its boundary, each triangle keeps the side that it determined first.
 std::vector<Vec3> facing_normals(const FacingQuery& query);
 
 }  // namespace loomstone

@@ -28,8 +28,8 @@ int lowest_corner(const HullOnTriangles::Corners& triangle, const Vec3& up) {
   return lowest;
 }
 
-// Returns a bit mask of the corners that are as low as the lowest: more than one if an edge or all
-// of the triangle is perpendicular to `up`.
+// Returns a bit mask of the corner `lowest` and of the other corners that are equally low. There
+// are others only if an edge at `lowest`, or the whole triangle, is perpendicular to `up`.
 unsigned corners_at(const HullOnTriangles::Corners& triangle, int lowest, const Vec3& up) {
   unsigned corners = 0;
   for (int k = 0; k < 3; ++k) {

@@ -68,7 +68,7 @@ class HullOnTriangles {
   // some axis exceeds `query.near`, or if hull and triangle overlap along `best` but are clearly
   // apart along an axis that is not a candidate. There is no contact either if the overlap along
   // `best` is at most `query.flush`, and hull and triangle would pass each other because they are
-  // flush along an admissible axis at more than 45 degrees to `best`.
+  // flush along an admissible axis at more than 45.6 degrees to `best`.
   bool least_overlap(const Query& query, std::size_t t, const Vec3& normal, Axis& best, Axis& met);
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);

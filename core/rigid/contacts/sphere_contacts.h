@@ -19,9 +19,10 @@ struct SphereContact {
 // Returns the contact of a sphere with another sphere.
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
-// Returns the first contact of a sphere with another sphere during the relative `motion` [m], if
-// there is one and the spheres are apart at the start. The gap of the contact is the one at the
-// start of the motion.
+// Returns the first contact of a sphere with another sphere. The sphere moves by `motion` [m]
+// relative to the other one. Returns nothing if the spheres do not meet, or if they overlap at the
+// start. The normal is that at the time of contact. The gap along this normal is that at the start
+// of the motion.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);
@@ -41,11 +42,12 @@ struct MovingSphere {
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near` [m]. If the part of the motion that these contacts
-  // do not block is longer than `near`, also adds contacts ahead: the first ones during this part.
-  // If the whole motion is longer than `near`, contacts with a gap above 0.1 `near` that the motion
-  // may close are added only if the search ahead finds them. `contacts` must be empty on entry. If
-  // there are more than `most` contacts, keeps the first contact ahead, if any, then contacts at
-  // the start with the most different normals, then further contacts ahead.
+  // do not block is longer than `near`, also adds contacts ahead: those in which the sphere first
+  // meets each triangle during this part. If the whole motion is longer than `near`, contacts with
+  // a gap above 0.1 `near` that the motion may close are added only if the search ahead finds them.
+  // `contacts` must be empty on entry. If there are more than `most` contacts, keeps the earliest
+  // contact ahead, if any, then contacts at the start with the most different normals, then further
+  // contacts ahead.
   void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
             double near, std::size_t most, std::vector<SphereContact>& contacts);
 

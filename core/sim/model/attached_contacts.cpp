@@ -16,7 +16,7 @@ namespace {
 
 // Largest contact distance between a body and a feature with an attached vertex, as a fraction of
 // their distance at the start; see build_attached_contacts(). Our choice. With 1, contacts would
-// push against an attachment as soon as its vertex yields towards the body.
+// push against an attachment as soon as its vertex moves towards the body.
 constexpr double share_of_start = 0.75;
 // Smallest contact distance that share_of_start may give, as a multiple of
 // CollisionModel::gap_floor, the largest gap that certification keeps open. Features that would
@@ -24,8 +24,8 @@ constexpr double share_of_start = 0.75;
 // stop features before they reach this gap.
 constexpr double least_floors = 10.0;
 
-// Smallest distance at the start between a body, given by its surface, and the features that
-// contain a vertex attached to this body [m]. Infinity: farther than the search reaches.
+// Smallest distance [m] at the start between a body, given by its surface, and the features that
+// contain `vertex`, which is attached to this body. Infinity: farther than the search reaches.
 struct AttachedGap {
   Index vertex, surface;
   double gap = std::numeric_limits<double>::infinity();

@@ -8,12 +8,12 @@
 
 namespace loomstone {
 
-// Orders the cloth rows by recursive graph bisection. Sets the materials, pins, scripts, start
-// positions, start velocities, names and looks of cloth. frame_topology() adds the other tables of
-// cloth that frames need.
+// Orders the rows of each cloth by recursive graph bisection, and its triangles by their smallest
+// row. Sets the materials, pins, scripts, start positions, start velocities, names and looks of
+// cloth. frame_topology() adds the other tables of cloth that frames need.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
-// Sets the surfaces, start poses, looks and frame topology of rigid bodies and obstacles, the mass
+// Sets the surfaces, start state, looks and frame topology of rigid bodies and obstacles, the mass
 // properties of bodies, and the attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 

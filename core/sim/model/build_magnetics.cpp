@@ -1,5 +1,5 @@
-// Builds the magnets, coils and bearings. For rendering, also builds the magnetic polarity at each
-// vertex of bodies and obstacles.
+// Checks and builds the magnets, coils, bearings and the uniform field. If there are magnets, also
+// builds the magnetic polarity at each vertex of bodies and obstacles, for rendering.
 #include "core/base/error.h"
 #include "core/base/message.h"
 #include "core/sim/model/build.h"

@@ -21,8 +21,8 @@
 namespace loomstone {
 
 struct Model {
-  // The collision vertices of one rigid body or obstacle. The numbering of collision vertices
-  // starts with the cloth rows, followed by the bodies and then the obstacles.
+  // The collision vertices of one rigid body or obstacle. Collision vertices are numbered in this
+  // order: cloth rows, vertices of bodies, vertices of obstacles.
   struct Surface {
     Index first = 0;  // index of its first vertex among all collision vertices
     // (k x 3) Vertices in the axes of the mesh [m], relative to the body's centre of mass or to the
@@ -32,7 +32,7 @@ struct Model {
   struct PinScript {  // scripted positions of the pins of one cloth
     std::vector<Index> rows;
     std::vector<double> times;
-    Points positions;  // (times * rows x 3) [m]; the rows of one time are consecutive
+    Points positions;  // (times * rows x 3) [m]; the positions of one time are consecutive
   };
 
   Scene scene;
@@ -40,7 +40,7 @@ struct Model {
   CollisionModel collision;
   FrameTopology topology;            // without the cloth tables that frame_topology() adds
   std::vector<Index> row_of_vertex;  // row of each cloth vertex; vertices in the user's order
-  std::vector<Index> triangle_of;    // user's index of each triangle; in the order of `cloth`
+  std::vector<Index> triangle_of;    // user's index of each triangle of cloth.triangles
   std::vector<PinScript> scripts;
   std::vector<Surface> bodies, obstacles;
   std::vector<MassProperties> body_mass;
@@ -58,8 +58,8 @@ struct Model {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
   }
-  // Returns the memory of the tables of cloth and of frames [bytes]. Omits the collision model and
-  // the scene's meshes.
+  // Returns the memory of the tables of cloth, pin scripts and frames [bytes]. Does not count the
+  // scene with its meshes, the collision model, and the data of bodies, obstacles and magnets.
   std::size_t bytes() const {
     std::size_t sum =
         bytes_of(cloth, topology, row_of_vertex, triangle_of, prescribed, inverse_mass);

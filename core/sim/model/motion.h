@@ -7,9 +7,9 @@
 
 namespace loomstone {
 
-// In the functions below, `time` [s] is a time within a step, and `share` [1] is the fraction of
-// the motion from `state` to the user's targets and poses that is complete at this time. `share` is
-// 1 when the targets and poses are reached (see State::target_time).
+// In the functions below, scripts are evaluated at `time` [s]. `share` [1] is the fraction of the
+// motion from `state` to the user's targets and poses that has been made at this time. It is 1 when
+// the targets and poses are reached (see State::target_time).
 
 // Sets the rows of scripted pins in `target` (n x 3) [m] to their positions at `time`. If the user
 // has set a target for a vertex, its row is instead the position at the fraction `share` of the way
@@ -28,12 +28,12 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
                        Points& vertices);
 
 // Obstacles for the rigid-body world. rigid_obstacles() returns the obstacles at `time`, which must
-// be the time of `state`, with the poses of their keyframes. It ignores poses that the user has
-// set, because obstacles reach these only in steps, and RigidState::manifolds contains the poses
-// that steps have reached.
-// obstacle_places() returns only the poses of all obstacles at `time`, and the vertices of those
-// with Obstacle::vertex_positions. If the user has set the pose of an obstacle, this pose replaces
-// the keyframes or vertex_positions in obstacle_places().
+// be the time of `state`. Their poses are those of their keyframes. Obstacles with
+// Obstacle::vertex_positions also get their vertices in `state`. Poses that the user has set are
+// ignored, because obstacles reach these only in steps, and RigidState::manifolds contains the
+// poses that steps have reached.
+// obstacle_places() returns the results of obstacle_pose() for all obstacles, and those of
+// obstacle_vertices() for obstacles with Obstacle::vertex_positions.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

@@ -22,11 +22,12 @@ struct EnergyAccount {
   double start = 0.0;              // energy when the account began, without that of contacts
   double start_of_contacts = 0.0;  // energy of contacts when the account began
   double scripts = 0.0;            // work of scripted motion, without that in CircuitState::supply
-  // Work done by air, the user's forces, untangling, and impulses that restore gaps at events.
+  // Work done by air, the user's forces and torques, untangling, and impulses that restore gaps at
+  // events.
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events
   double damping = 0.0;   // work done against viscosity and bending damping
-  double limits = 0.0;    // energy lost to strain limits after the solve
+  double limits = 0.0;    // energy of cloth lost to sweeps of strain and strain-rate limiting
   // Other energy that cloth and bodies lost after the solve, to certification and to impulses that
   // resolve contacts; see add_to_account().
   double withheld = 0.0;
@@ -38,17 +39,19 @@ struct EnergyAccount {
 struct SteppedState {
   std::int64_t step = 0;  // completed steps; written by the stepper
   double time = 0.0;      // [s]; written by the stepper
-  ClothState cloth;  // written by the integrator and by later stages; step lengths: by the stepper
+  // Written by the integrator and by later stages. The stepper writes the lengths of steps in it.
+  ClothState cloth;
   RigidState rigid;  // written by move_bodies() and certification; `manifolds`: by the stepper
   MagneticState magnetic;  // written by move_bodies()
   ContactState contacts;   // friction anchors, written by certification
-  EnergyAccount account;   // written by the stepper; some user writes reset it
-  // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
-  // unresolved impacts. Written by build(), by functions that set positions, and by the stepper.
+  EnergyAccount account;   // written by the stepper; reset if users write positions or velocities
+  // 0: no known intersections. 1: positions given by the user may intersect. 2: a step has ended
+  // with unresolved impacts, and intersections that they left may remain. Written by build(), by
+  // functions that set positions, and by the stepper.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   // (k x 3) vertices of all obstacles at the start of the part that ended at obstacle_vertices [m];
-  // no rows: the user had set no pose of an obstacle in that part
+  // no rows: there is no such part, or no obstacle had a pose set by the user in it
   Points previous_obstacle_vertices;
 
   std::size_t bytes() const {

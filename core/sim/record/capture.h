@@ -17,9 +17,9 @@ struct FrameTime {
 // Captures a frame at a time within the last step. Positions are interpolated linearly within the
 // part of the step that contains this time. Strains, and the largest stretch in the report, follow
 // from these positions. Velocities are interpolated linearly between start and end of the step.
-// Currents of coils without a circuit are those at this time. Vertices are marked as in contact if
-// they were in contact in any part of the step. The number of the step, circuit currents and the
-// rest of the report are those at the end of the step.
+// Currents of coils without a circuit are those at this time. The marks in Frame::contact are those
+// of the whole step. The number of the step, circuit currents and the rest of the report are those
+// at the end of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
 // Sets the energies, the energy account, the strains and the circuit values of a report for `state`

@@ -114,10 +114,10 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   get_if_present(c, "cloth.element_positions", cloth.element_positions);
 }
 
-// Reads `external_force` and `pin_target` into `s`, which is copied to `state` later, so each table
-// must then have equally many rows in both. If a stored table has values other than +0, `state`
-// gets rows for it. If all values of a stored table are +0 and `state` has no rows for it, the rows
-// of `s` are removed, too.
+// Reads `external_force` and `pin_target` into `s`, which is later copied to `state`. This copy
+// must not change the size of a table, because numpy views refer to its memory in `state`. If a
+// stored table has values other than +0, `state` therefore gets rows for it first. If all values of
+// a stored table are +0 and `state` has no rows for it, the rows of `s` are removed.
 void get_user_rows(const Checkpoint& c, State& s, State& state) {
   get(c, "external_force", s.external_force, state.cloth.x);
   get(c, "pin_target", s.pin_target, state.cloth.x);

@@ -1,11 +1,11 @@
 // Divides a step into parts. A part that fails is repeated in two halves. A part fails if the
 // solver finds no solution, if certification leaves impacts, or if strain limits that are satisfied
 // at its start are exceeded at its end. It also fails if certification and fallbacks, or fallbacks
-// alone, withhold too much motion (see PartResult). Each cause except the first has a shortest
-// length, 1/64 or a quarter of the step. Parts of this length are accepted despite the cause. If
-// the solver finds no solution for 1/64 of the step, the step fails. A part whose error is too
-// large, or which creates too much energy or loses too much of the work of scripts, is repeated
-// with a shorter length.
+// alone, withhold too much motion (see PartResult). If the solver finds no solution for 1/64 of the
+// step, the step fails. For each other cause, there is a shortest length, 1/64 or a quarter of the
+// step: a part that is not longer is accepted despite this cause. A part whose error is too large,
+// or which creates too much energy or loses too much of the work of scripts, is repeated with a
+// shorter length.
 #pragma once
 
 #include <cstdint>

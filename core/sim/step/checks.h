@@ -20,7 +20,7 @@ void check_divergence(const Model& model, const Points& x0, const ClothState& cl
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
 // Reports the withheld fraction of the motion of the step, and the root mean square acceleration of
-// free vertices in contact. `step` is the length of the step [s].
+// the free cloth vertices that were in contact in the step. `step` is the length of the step [s].
 void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome);
 
 }  // namespace loomstone

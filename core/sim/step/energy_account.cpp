@@ -11,19 +11,21 @@ namespace loomstone {
 namespace {
 
 // Tolerated gain of energy, as a fraction of a scale, if ImplicitOptions::accuracy is 1; the
-// accuracy multiplies this tolerance. A part in which contacts gain more than this is shortened if,
-// since the account began, all energy has also gained more than this beyond the work of scripts and
-// loads. The scale is the largest kinetic energy so far or the energy of contacts at the start of
-// the part, whichever is larger. Our choice: in 27 falls of towels on a floor, the gain is then at
-// most 0.023 (docs/experiments/energy.md).
+// accuracy multiplies this tolerance. A part in which the energy of contacts rises by more than
+// this is shortened if, since the account began, the sum of all energies, minus the work of scripts
+// and loads, has also risen by more than this. The scale is the largest kinetic energy so far or
+// the energy of contacts at the start of the part, whichever is larger. Our choice: in 27 falls of
+// towels on a floor, the gain is then at most 0.023 (docs/experiments/energy.md).
 // The same fraction, with a larger scale, bounds other gains; see share_of_rise. Schemes without
 // damping take parts by backward Euler while relative_gain() exceeds 1, that is, while they have
-// gained more than this fraction, times the accuracy, of the largest of the energies listed there.
+// gained more than this fraction, times the accuracy, of the largest of the energies that are
+// listed at relative_gain().
 constexpr double gain_tolerance = 0.02;
 // Energy that everything but contacts may gain in a part, as a fraction of the scale of
-// gain_tolerance. The gain excludes the work of scripts and loads, the energy that contacts lose
-// and the energy that sweeps of strain limiting add. Where pins move cloth and no triangle is at
-// its strain limits, gain_tolerance applies instead. The accuracy multiplies this tolerance, too.
+// gain_tolerance (but see share_of_work). The gain excludes the work of scripts and loads, the
+// energy that contacts lose and the energy that sweeps of strain limiting add. If pins move in the
+// part and no triangle is in a limit phase, gain_tolerance applies instead. The accuracy multiplies
+// this tolerance, too.
 // Our choice: the gain is 0.63 where contacts throw apart two magnets that should stay together, up
 // to 0.07 in harmless parts of a scene with magnets on cloth, and at most 0.003 in 14 other scenes
 // (docs/experiments/energy.md).
@@ -50,9 +52,9 @@ constexpr double loss_tolerance = 0.15;
 // energy.
 constexpr double share_of_rise = 0.05;
 // A part in which contacts create too much energy is shortened to the largest length at whose end
-// the expected gain of all energy since the account began, without the work of scripts and loads,
-// is at most this fraction of the tolerated energy. The part is not shortened below the shortest
-// permitted length.
+// the sum of all energies, minus the work of scripts and loads, is expected to have risen since the
+// account began by at most this fraction of the tolerated energy. The part is not shortened below
+// the shortest permitted length.
 constexpr double aim = 0.5;
 // Largest tolerated result of add_to_account() for a part of an asynchronous step, as a fraction of
 // the largest kinetic energy so far. Our choice.
@@ -73,7 +75,8 @@ double body_kinetic_energy(const Engines& engines, const State& state) {
   return bodies.body_kinetic;
 }
 
-// Returns the energy that cloth and bodies have lost after the solve [J].
+// Returns the energy that cloth and bodies have lost since the stage that moved the bodies [J].
+// note_solved() has noted the state after that stage in `solved`.
 double lost_after_solve(const Solved& solved, const Engines& engines, const State& state) {
   EnergyReport bodies;
   measure_bodies(engines.model, state.rigid, bodies);

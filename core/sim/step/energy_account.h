@@ -10,17 +10,19 @@ namespace loomstone {
 // Begins the account of `state` at the start of a step, unless the state already has an account.
 void begin_account(const Engines& engines, State& state);
 
-// Data from which add_to_account() finds the causes of changes of energy after the solve.
+// Data from which add_to_account() finds the causes of changes of energy after the stage that moves
+// the bodies.
 struct AfterSolve {
-  double limited = 0.0;        // energy that strain limits removed from cloth [J]
+  double limited = 0.0;        // energy that strain and strain-rate limiting removed from cloth [J]
   bool untangles = false;      // surfaces intersected at the start of the part
   bool surfaces_move = false;  // some obstacle moved
 };
 
 // Adds the work and the losses of a part to state.account, and updates its largest kinetic energy.
-// The energy that cloth and bodies lose after the solve is attributed to certification, except for
-// the energy that strain limits remove. If the energy rises instead, the rise is attributed to
-// untangling or, without untangling, to scripted motion or, without either, to certification.
+// The energy that cloth and bodies lose after the stage that moves the bodies is attributed to
+// certification (EnergyAccount::withheld), except for the energy that strain limits remove. If the
+// energy rises instead, the rise is attributed to untangling if `after.untangles` is true, else to
+// scripts if `after.surfaces_move` is true, and otherwise also to certification.
 // Returns this rise plus MovedBodies::carried_gain [J]; if one of them is negative, it counts as 0.
 // Returns 0 if `after.untangles` is true.
 double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
@@ -34,7 +36,8 @@ double add_to_account(const PartWork& work, const Solved& solved, const AfterSol
 // on the energy of rounding errors. Returns 0 without an accuracy.
 double relative_gain(const StepContext& part, const Engines& engines, const State& state);
 
-// Sets the account and the balances in `report`, which must already have the energies of `state`.
+// Sets the account and the balances in `report`, which must already have the energies and circuit
+// values of `state`.
 void report_account(const Model& model, const State& state, StepReport& report);
 
 // Returns the result of an attempt at a part. If more energy has been created or lost than is
@@ -53,27 +56,27 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // Contacts create energy if surfaces approach each other within a part, because the contact force
 // begins only at the end of the part. By then, the surfaces may be much closer than their
 // thickness. The part is shortened if the energy of contacts has risen in it by more than is
-// tolerated and if, since the account began, all energy minus the work of scripts and loads has
-// also risen by more than is tolerated. In the shortened part, this second rise is expected to be
-// at most half of the tolerated energy, unless the part has the shortest permitted length. The
-// tolerated energy is a fraction of the largest kinetic energy so far or of the energy of contacts
-// at the start of the part, whichever is larger, because scripted surfaces may compress cloth that
-// is at rest.
+// tolerated and if, since the account began, the sum of all energies, minus the work of scripts and
+// loads, has also risen by more than is tolerated. In the shortened part, this second rise is
+// expected to be at most half of the tolerated energy, unless the part has the shortest permitted
+// length. The tolerated energy is a fraction of the largest kinetic energy so far or of the energy
+// of contacts at the start of the part, whichever is larger, because scripted surfaces may compress
+// cloth that is at rest.
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
 // vanished. This check is omitted if limit phases may store the work, if StepContext::saves_work is
-// false, and in steps to which the last paragraph applies. Work of scripts vanishes where cloth
-// slides over an edge: the plane of a contact stays the same within a part, so contacts hold back
-// the cloth.
+// false, and in parts to which the bound of a quarter step (see below) applies. Work of scripts
+// vanishes where cloth slides over an edge: the plane of a contact stays the same within a part, so
+// contacts hold back the cloth.
 //
 // In asynchronous steps, certification creates energy if it stretches cloth at impacts that events
 // have missed. A part is halved if `gained`, the result of add_to_account() [J], is too large,
 // unless the part has the shortest permitted length.
 //
-// If the step is not automatic and obstacles move, and if pins also move or cloth has contacts, no
-// part is shortened to less than a quarter of the step. In asynchronous steps, moving obstacles
-// suffice for this bound. In shorter parts, impacts between cloth and scripted surfaces that
-// approach the cloth quickly remain unresolved.
+// If the step is not automatic and obstacles move, and if pins also move or cloth has contacts,
+// this function shortens no part to less than a quarter of the step. In asynchronous steps, moving
+// obstacles suffice for this bound. The reason is that in shorter parts, impacts between cloth and
+// scripted surfaces that approach the cloth quickly remain unresolved.
 PartResult check_energy(const StepContext& part, const Loads& loads, const NearContacts& near,
                         double gained, const Engines& engines, const State& state);
 

@@ -1,5 +1,6 @@
 // Third stage of a part of a step: the integrator advances the cloth. An implicit solve includes
-// attachments, untangling and, depending on the options, contacts and strain limits.
+// attachments and, depending on the options, contacts and strain limits. If it includes contacts,
+// it also includes untangling.
 #pragma once
 
 #include "core/sim/step/near_contacts.h"

@@ -113,7 +113,8 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
                    StepReport& report) {
   report.seconds.limit += done.limit_seconds;
   report.seconds.certify -= done.limit_seconds;
-  // Stepper::collide() counts all waiting in this stage as waiting in collision handling.
+  // Stepper::collide() counts all waiting in this stage as waiting in collision handling. These
+  // lines exclude the waiting in strain limiting.
   report.ranks.collision_waiting -= done.limit_waiting;
   report.ranks.collision_computing += done.limit_waiting;
   report.limits.sweeps += done.limits.sweeps;

@@ -1,8 +1,10 @@
-// Fifth stage: moves the obstacles, enforces strain limits (not in asynchronous steps), and
-// corrects the motion so that it has no impact and ends without new intersections. Impacts that
-// remain are counted. No later stage moves vertices. Velocities change by the correction divided by
-// the length of the part, as in (3.16) of [Thomaszewski2010], except for the corrections
-// ConstrainReport::at_rest. Also updates the friction anchors of contacts in the solve.
+// Fifth stage: moves the obstacles and enforces strain limits (not in asynchronous steps). Then
+// untangles surfaces by impulses, if the solve does not include contacts, and also resolves the
+// contacts by impulses, unless this has been done at events. Finally corrects the motion so that it
+// has no impact and ends without new intersections. Impacts that remain are counted. No later stage
+// moves vertices. Velocities change by the corrections divided by the length of the part, as in
+// (3.16) of [Thomaszewski2010], except for the corrections ConstrainReport::at_rest. Also updates
+// the friction anchors of contacts in the solve.
 #pragma once
 
 #include <optional>

@@ -1,8 +1,8 @@
 // Enforces strain limits and contacts together in a part of a step. Limiting and certification
-// alternate: certification corrects the limited motion, and limiting repairs strains that
-// certification causes. If none of four rounds satisfies both, fallbacks move cloth back towards
-// the start of the part, where both are usually satisfied. If fallbacks withhold more than 1 % of
-// the motion, the part is divided (see bisection.h for exceptions).
+// alternate: certification corrects the motion that limiting leaves, and limiting repairs strains
+// that certification causes. If none of four rounds satisfies both, fallbacks move cloth back
+// towards the start of the part, where both are usually satisfied. If fallbacks withhold more than
+// 1 % of the motion, the part is divided (see bisection.h for exceptions).
 #pragma once
 
 #include <cstdint>

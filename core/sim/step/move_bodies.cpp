@@ -120,12 +120,12 @@ Vec3 nearest_on_segment(const Vec3& a, const Vec3& b, const Vec3& point) {
 // and bodies.
 //
 // A contact that only cancels the acceleration of a body, such as the contact with a floor on which
-// the body rests, moves no vertex, because the springs balance its forces. The velocities of the
-// body at the start of the part and after the solve would carry the point of a vertex to two
-// places. The vertex is therefore moved only by the distance of its point from the segment between
-// these two places. touched[b] is 1 if contacts have changed the motion of body b; if `touched` is
-// empty, any body may have been touched. A vertex that is attached to several bodies moves by the
-// mean. Returns MovedBodies::carried_gain [J].
+// the body rests, moves no vertex, because the springs balance the force of this contact. The
+// velocities of the body at the start of the part and after the solve would carry the point of a
+// vertex to two places. The vertex is therefore moved only by the distance of its point from the
+// segment between these two places. touched[b] is 1 if contacts have changed the motion of body b;
+// if `touched` is empty, any body may have been touched. A vertex that is attached to several
+// bodies moves by the mean. Returns MovedBodies::carried_gain [J].
 double shift_attached(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                       const std::vector<std::uint8_t>& touched, const Engines& engines,
                       State& state) {

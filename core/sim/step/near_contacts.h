@@ -1,5 +1,5 @@
-// Second stage: contacts and intersections at the start of a part of a step, and their terms in the
-// implicit solve.
+// Second stage: finds the contacts and intersections at the start of a part of a step, and the
+// terms of the implicit solve, which include those of attachments.
 #pragma once
 
 #include <vector>
@@ -70,7 +70,7 @@ std::vector<Contact> present_contacts(const State& state, const Engines& engines
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
 // `displacement` (rows x 3) [m, rad] in `time` [s]. On entry, `terms` are those at the start of the
-// part. Returns their energy [J].
+// part. Returns their energy up to a constant [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 

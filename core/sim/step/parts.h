@@ -16,13 +16,13 @@ namespace loomstone {
 // that are given to take_parts().
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
-// Takes the whole step at once or in parts. A part is divided if an attempt at it fails, if its
-// error is too large, if it creates too much energy, or if it loses too much of the work of scripts
-// (see check_energy()). An automatic step that has not been divided is shortened instead, unless
-// the attempt failed. If StepChoice::automatic is false, a part is also divided before an attempt
-// if it is too long: longer than stable_part() allows if StepChoice::stable is positive, and longer
-// than expected_part() allows otherwise. outcome.start must contain the state at the start of the
-// step. Returns the span of the step that was taken.
+// Takes the whole step at once or in parts. A part is divided if an attempt at it fails (see
+// bisection.h), if its error is too large, if it creates too much energy, or if it loses too much
+// of the work of scripts (see check_energy()). An automatic step that has not been divided is
+// shortened instead, unless the attempt failed. If StepChoice::automatic is false, a part is also
+// divided before an attempt if it is too long: longer than stable_part() allows if
+// StepChoice::stable is positive, and longer than expected_part() allows otherwise. outcome.start
+// must contain the state at the start of the step. Returns the span of the step that was taken.
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
                     const RunPart& run);
 

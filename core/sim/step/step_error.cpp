@@ -30,9 +30,9 @@ constexpr double expected_in_steps = 0.7;
 // Length of a repeated part, as a fraction of the length that the error allows.
 constexpr double safety = 0.8;
 // Largest ratios of the lengths of an automatic step and the preceding one: `growth_to_settled`
-// after contacts that created energy have shortened steps (see ClothState::settled_step),
-// `slow_growth` otherwise if there are contacts or much damping, and `growth` in all other cases.
-// Our choice.
+// after a step has been shortened because it created too much energy (see
+// ClothState::settled_step), `slow_growth` otherwise if there are contacts or much damping, and
+// `growth` in all other cases. Our choice.
 constexpr double growth = 1.5, slow_growth = 1.25, growth_to_settled = 2.0;
 // Upper limit of the Damping::rate that is expected in the next automatic step of implicit Euler
 // [1/s], if the accuracy is 1. The rate is expected to be proportional to the length of the step.

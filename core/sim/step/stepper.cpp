@@ -57,7 +57,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-// Runs a stage of collision handling. Adds its wall, computing and waiting times to the report.
+// Runs a stage of collision handling. Adds its wall time to `seconds`, and its computing and
+// waiting times to `report`.
 template <class Stage>
 void Stepper::collide(double& seconds, StepReport& report, Stage&& stage) {
   const Communicator& ranks = engines_.layout.communicator();

@@ -26,7 +26,8 @@ struct Solved {
 
 struct PartWork {
   double scripts = 0.0;  // work of scripted motion, without that in CircuitState::supply [J]
-  // Work done by air, the user's forces, untangling, and impulses that restore gaps at events [J]
+  // Work done by air, the user's forces and torques, untangling, and impulses that restore gaps at
+  // events [J]
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts, in the solve or at events [J]
   double damping = 0.0;   // work done against viscosity and bending damping [J]

@@ -59,7 +59,10 @@ def _sentence(text: str) -> str:
 
 
 def _without_first(given: str) -> str:
-    """Removes the first argument from a text. Commas in brackets do not separate arguments."""
+    """Removes the first argument from `given`, the arguments of a call as text.
+
+    Commas in brackets do not separate arguments.
+    """
     depth = 0
     for place, letter in enumerate(given):
         depth += (letter in "([{<") - (letter in ")]}>")

@@ -1,7 +1,7 @@
 """Conversion of meshes of trimesh and meshio to TriangleMesh.
 
-The bindings and `base.arguments.takes` call `converted` for arguments that may be a TriangleMesh
-but have another type. Neither trimesh nor meshio is imported.
+If a parameter accepts a TriangleMesh and its argument has another type, the bindings and
+`base.arguments.takes` call `converted`. Neither trimesh nor meshio is imported.
 """
 
 from __future__ import annotations

@@ -21,7 +21,10 @@ def _end(*_: Any) -> NoReturn:
 
 
 def _is_command(words: list[str]) -> bool:
-    """Returns whether the arguments of the interpreter run `loomstone` or `-m loomstone`."""
+    """Returns whether the interpreter runs the script `loomstone` or `-m loomstone`.
+
+    words : arguments of the interpreter
+    """
     if sys.argv[:1] == ["-m"]:
         return "-m" in words and words[words.index("-m") + 1 :][:1] == ["loomstone"]
     return sys.argv[0] in words and os.path.basename(sys.argv[0]) == "loomstone"

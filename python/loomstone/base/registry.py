@@ -26,7 +26,8 @@ _OF_TEXTILES = (
     "cotton_count = 840 * yard / pound = Nec",
     "metric_count = kilometer / kilogram = Nmc",
 )
-# In Pint, these units have fractional dimensions and do not convert to units of the SI.
+# Pint itself gives the gauss, the oersted and the maxwell fractional dimensions, so they would not
+# convert to units of the SI.
 _OF_MAGNETS = (
     "gauss = 1e-4 * tesla = G",
     "oersted = 250 / pi * ampere / meter = Oe",

@@ -33,7 +33,10 @@ def replacement(path: Path, what: str = "") -> Iterator[Path]:
 
 @contextmanager
 def written(path: Path, what: str = "") -> Iterator[None]:
-    """Turns an OSError into a CacheError with one sentence about `path`; see replacement()."""
+    """Turns an OSError of the `with` block into a CacheError with one sentence about `path`.
+
+    what : as in replacement()
+    """
     try:
         yield
     except CacheError:

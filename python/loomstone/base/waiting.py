@@ -27,8 +27,8 @@ __all__ = ["WAITING"]
 _SPIN_COUNT = 30000
 
 # An idle thread of OpenBLAS spins for 2^_BLAS_TIMEOUT processor cycles before it sleeps. OpenBLAS
-# has a default of 26, about 25 ms. loomstone calls OpenBLAS on one thread only. With 16, `import
-# loomstone` takes 0.87 times the processor time of the default on two processors.
+# has a default of 26, about 25 ms. Direct solvers of loomstone restrict OpenBLAS to one thread. On
+# two processors, `import loomstone` takes 0.87 times the processor time with 16 instead of 26.
 _BLAS_TIMEOUT = 16
 
 

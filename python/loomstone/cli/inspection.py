@@ -116,8 +116,8 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
     trust : run the program stored in the run even if it differs from the scene file on disk
 
-    Returns whether no triangles of cloth intersect. Raises CacheError if the run has no frames, and
-    AssertionError if a claim does not hold.
+    Returns True if no triangles of cloth intersect in any frame. Raises CacheError if the run has
+    no frames, and AssertionError if a claim does not hold.
     """
     if not len(run):
         raise CacheError(f"{run.directory} has no frames yet; resume it, and check it later")

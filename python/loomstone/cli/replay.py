@@ -78,7 +78,7 @@ def _check(
     bandwidth: float,
     poll_interval: float,
 ) -> None:
-    """Raises WrongCommand for unknown decompositions, and for a network that cannot exist."""
+    """Raises WrongCommand for unknown decompositions, and for times or bandwidths out of range."""
     for name in decompositions:
         if name not in replays.REPLAYED:
             raise WrongCommand(

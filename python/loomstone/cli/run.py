@@ -199,10 +199,13 @@ def resume(
 
 
 def _longer(duration: float, run: Path, before: float, rate: float, words: Words) -> float:
-    """Returns the duration [s] to which the run in a directory is extended.
+    """Returns the duration [s] to which a run is extended: the larger of `duration` and `before`.
 
-    Raises InvalidInput if it has fewer frames than before, or if the run belongs to a sweep. Says
-    so if the duration is not a whole number of frames.
+    Raises InvalidInput if `duration` gives fewer frames than `before`, or if the run belongs to a
+    sweep. Prints a message if `duration` is not a whole number of frames.
+
+    run : directory of the run
+    before : duration that the run had until now [s]
     """
     if (run.absolute().parent / "sweep.json").exists():
         raise InvalidInput(
@@ -254,8 +257,8 @@ def _place(threads: int) -> str:
 def _advance(task: _Task, communicator: Communicator, words: Words) -> None:
     """Executes the run that a task describes.
 
-    Exits with code 1 if the run is verified and triangles of cloth intersect, or with 128 plus the
-    number of the signal that ended the run.
+    Exits with code 1 if the run is verified and triangles of cloth intersect. If a signal ends the
+    run, exits with 128 plus the number of the signal.
     """
     threads = task.work.threads or default_threads()
     scene = task.file.scene()

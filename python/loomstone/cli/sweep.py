@@ -122,7 +122,7 @@ def _read_values(scene: Path, p: list[str]) -> tuple[SceneFile, dict[str, list[A
 
 
 def _with_texts(scene: Path, p: list[str]) -> SceneFile | None:
-    """Opens a scene whose parameters take texts that would be refused as numbers or ranges.
+    """Opens a scene with the first value of each parameter; an invalid range counts as a string.
 
     Returns None if the scene refuses these values.
     """

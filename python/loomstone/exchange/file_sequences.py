@@ -44,8 +44,9 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
 
 def write_meshes(directory: Path, clip: Clip, suffix: str) -> list[Path]:
     """Writes each moving surface to NAME-00000.obj or NAME-00000.ply and so on, numbered like
-    the frames of the run. Writes each other surface to one file, NAME.obj or NAME.ply. All OBJ
-    files of a surface share its materials. Returns the paths of all files.
+    the frames of the run. Writes each other surface to one file, NAME.obj or NAME.ply. NAME is the
+    identifier of the surface. All OBJ files of a surface share its materials. Returns the paths of
+    all files.
     """
     written = []
     if suffix == ".obj":

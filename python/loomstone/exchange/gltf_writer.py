@@ -1,10 +1,10 @@
 """Writes glTF 2.0: deforming surfaces with morph targets, moving rigid ones as animated nodes.
 
-Cloth always counts as deforming. Surfaces at rest are nodes without animation. glTF has y up, so a
-root node rotates the scene; all other positions and poses have z up. Each frame after the first is
-a morph target of every deforming surface, and linearly interpolated weights select it at the time
-of the frame. Vertices that need several uv or normals are repeated. The copies follow all other
-vertices, so each mesh begins with those vertices of the surface that belong to triangles, in
+Cloth always counts as deforming. Other surfaces at rest are nodes without animation. glTF has y up,
+so a root node rotates the scene; all other positions and poses have z up. Each frame after the
+first is a morph target of every deforming surface, and linearly interpolated weights select it at
+the time of the frame. Vertices that need several uv or normals are repeated. The copies follow all
+other vertices, so each mesh begins with those vertices of the surface that belong to triangles, in
 ascending order of their indices.
 """
 

@@ -11,10 +11,11 @@ rigidity B [N m]. In equilibrium, its load P [N/m] or moment M [N] per width is 
     shear:       P = G g,  g = tan(angle)                 engineering shear g, to first order
     bending:     M = B k                                  curvature k
 
-The shear limit is given as the component e12 of U - I, which is g / sqrt(4 + g^2) in a simple shear
-g. Tensile tests of the Kawabata system clamp a short and wide sample. They therefore measure
-E / (1 - nu12 nu21) instead of E, where nu12 and nu21 are the Poisson ratios. These two stiffnesses
-are equal here, because the Poisson ratios of fitted materials are 0.
+The shear limit is given as the component e12 of U - I, where U is the right stretch tensor. In a
+simple shear g, e12 is g / sqrt(4 + g^2). Tensile tests of the Kawabata system clamp a short and
+wide sample. They therefore measure E / (1 - nu12 nu21) instead of E, where nu12 and nu21 are the
+Poisson ratios. These two stiffnesses are equal here, because the Poisson ratios of fitted materials
+are 0.
 """
 
 from __future__ import annotations

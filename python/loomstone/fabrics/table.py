@@ -260,7 +260,7 @@ FABRICS = {
 
 @dataclass(frozen=True)
 class Level:
-    """The numbers that a level such as "soft" stands for (section 3.3.3 of [Thomaszewski2010]).
+    """The numbers that a level such as "soft" stands for; see of_levels() in levels.py.
 
     stiffness, limit : stiffness [N/m] and largest strain [1] along weft or warp
     shear, shear_limit : stiffness [N/m] and largest strain e12 [1] in shear

@@ -58,11 +58,12 @@ def close_seams(
     ease : largest relative difference in length of sewn edges [1]
     triangles, seed, threads : as in garment() and Simulation
 
-    Seams count as closed if no gap exceeds 1.5 contact distances. They also count as closed if gaps
-    no longer shrink and none exceeds half the mean mesh edge, because thickness keeps panels apart
-    where three meet. Joined vertices are then welded at their mean position, and the strain is
-    reduced. Raises SolverFailure naming the widest seam if seams stay open, and InvalidInput if the
-    pattern cannot be sewn or the sewn garment would intersect itself.
+    Seams count as closed if no gap exceeds 0.15 times the mean mesh edge, which is 1.5 contact
+    distances. They also count as closed if gaps no longer shrink and none exceeds half the mean
+    mesh edge, because thickness keeps panels apart where three meet. Joined vertices are then
+    welded at their mean position, and the strain is reduced. Raises SolverFailure naming the widest
+    seam if seams stay open, and InvalidInput if the pattern cannot be sewn or the sewn garment
+    would intersect itself.
     """
     _check(pattern, longest=longest, step=step)
     pattern = pattern if places is None else pattern.placed(places)

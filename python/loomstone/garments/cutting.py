@@ -83,7 +83,8 @@ def _triangulated_panels(
 ) -> tuple[list[Floats], Indices, Indices, dict[str, Indices]]:
     """Returns the vertices of each panel in its plane [m], and the concatenated triangles.
 
-    Also returns the index of the panel of each triangle, and the vertices of each edge by name.
+    Also returns the index of the panel of each triangle, and the vertex indices of each edge by the
+    name "panel.edge".
     """
     segments = _segments(pattern, spacing)
     drawn, faces, owner = [], [], []

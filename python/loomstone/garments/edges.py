@@ -1,4 +1,8 @@
-"""Edges of a flat panel: polylines, Bézier curves, arcs and circles, sampled evenly by length."""
+"""Edges of a flat panel: polylines, Bézier curves, arcs and circles, sampled evenly by length.
+
+All functions that make an edge raise InvalidInput for points that are not pairs of finite numbers,
+for an edge of length 0, and for a name that is empty or contains a dot.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +27,7 @@ FINE = 512
 
 @dataclass(frozen=True)
 class Edge:
-    """One side of a panel or of a hole, from its first point to its last.
+    """One directed edge of a panel's outline or of a hole.
 
     Edges are made by line, polyline, quadratic, cubic, arc or circle.
 
@@ -186,7 +190,10 @@ def _edge(name: str, kind: str, points: Any) -> Edge:
 
 
 def _circle(points: Floats, name: str = "") -> tuple[Floats, float, float, float]:
-    """Returns centre, radius [m], first angle and signed sweep [rad] of an arc through 3 points."""
+    """Returns centre, radius [m], angle of the first point and sweep [rad] of an arc by 3 points.
+
+    The sweep is positive if the arc runs counter-clockwise.
+    """
     a, b, c = points
     system = 2.0 * np.array([b - a, c - a])
     determinant = float(np.linalg.det(system))

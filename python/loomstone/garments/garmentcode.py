@@ -2,8 +2,8 @@
 
 The format is that of [Korosteleva2023]. The unit of length is (1 / units_in_meter) m, y points up,
 and rotations are in degrees about the fixed axes x, y and z, in this order. Control points of
-curved edges are relative to the chord, unless the file sets curvature_coords to "absolute". No code
-of GarmentCode is used or needed.
+curved edges are given along and across the chord, relative to its length, unless the file sets
+curvature_coords to "absolute". No code of GarmentCode is used or needed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ __all__ = ["read_garmentcode"]
 
 Floats = NDArray[np.float64]
 
-# Rotates y, which points up in the file, to z. The front, which faces z in the file, then faces -y.
+# Rotates y, which points up in the file, to z. The garment's front, which faces z in the file, then
+# faces -y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -68,8 +69,8 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # The outsides of both panels face the same way, unless the stitch has the third entry
-        # "right_wrong": it joins the outside (right side) of one to the inside of the other.
+        # A stitch joins panels whose outsides face the same way. If its third entry is
+        # "right_wrong", the outside (right side) of one panel continues the inside of the other.
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 
@@ -80,8 +81,8 @@ def _panel(name: str, panel: Mapping[str, Any], scale: float, absolute: bool) ->
     rotation = _rotation(panel.get("rotation", (0, 0, 0)))
     origin = UPRIGHT @ (scale * np.array(panel.get("translation", (0, 0, 0)), float))
     across, up = UPRIGHT @ rotation[:, 0], UPRIGHT @ rotation[:, 1]
-    # Edges must run counter-clockwise as seen from the outside. A panel whose edges run clockwise
-    # is given as seen from behind, so its x axis is reversed.
+    # Edges must run counter-clockwise as seen from outside the garment. If they run clockwise, the
+    # file shows the panel as seen from inside, so its x axis is reversed.
     outline = np.concatenate([edge.curve()[:-1] for edge in edges])
     x, y = outline.T
     if (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() < 0:
@@ -119,9 +120,10 @@ def _edge(
 
 
 def _arc(name: str, start: Floats, end: Floats, radius: float, large: bool, right: bool) -> Edge:
-    """Returns an arc defined by the flags of SVG arcs, but with y up.
+    """Returns an arc from its radius [m] and the two flags of SVG arcs, but with y up.
 
-    If `right`, the arc runs counter-clockwise, and its middle lies to the right of the chord.
+    If `large`, the arc is longer than a half circle. If `right`, it runs counter-clockwise, and its
+    middle lies to the right of the chord.
     """
     chord = end - start
     half = float(np.linalg.norm(chord)) / 2

@@ -37,11 +37,11 @@ LEAST_DEGREES = 10.0  # an edge is split rather than flipped if the flip makes s
 
 @dataclass(frozen=True, eq=False)
 class Separated:
-    """Triangles of all panels, after edges that sewing would join have been flipped or split.
+    """Triangles of all panels, after without_joined_edges() has flipped or split edges.
 
     points : (n x 2) the given vertices, then new ones [m]
     triangles : (m x 3) counter-clockwise
-    origin : (m) index of a triangle of the same panel in the given mesh
+    origin : (m) for each triangle, the index of a given triangle of the same panel
     """
 
     points: Floats
@@ -50,10 +50,11 @@ class Separated:
 
 
 def without_joined_edges(points: Floats, triangles: Indices, welded: Indices) -> Separated:
-    """Flips or splits edges inside panels that would coincide with other edges or cross them.
+    """Flips or splits edges inside panels that would coincide with or cross others after sewing.
 
-    An edge coincides with another if the seams join their ends. Does nothing if the seams join the
-    two ends of a boundary edge, because welding the panels then fails in any case.
+    Edges coincide if the seams join their ends. An edge inside a panel is also flipped or split if
+    the seams join its own two ends. Does nothing if the seams join the two ends of a boundary edge,
+    because welding the panels then fails in any case.
 
     points : (n x 2) vertices of all panels, each in its plane [m]
     triangles : (m x 3) counter-clockwise
@@ -124,7 +125,10 @@ def _joined_edges(sides: Sides, groups: dict[Edge, list[Edge]]) -> list[list[Edg
 
 
 def _boundary_places(sides: Sides) -> dict[int, tuple[int, int]]:
-    """Returns, for each boundary vertex, the number of its loop and its place along this loop."""
+    """Returns, for each boundary vertex, a number of its loop and a position along this loop.
+
+    Positions increase along a loop, but need not begin at 0.
+    """
     following = {a: b for a, b in sides if (b, a) not in sides}
     places: dict[int, tuple[int, int]] = {}
     for loop, start in enumerate(following):
@@ -176,10 +180,12 @@ def _is_new(edge: Edge, groups: dict[Edge, list[Edge]], welded: Indices) -> bool
 def _flips(
     points: Floats, sides: Sides, joined: list[list[Edge]], useful: Callable[[Edge], bool]
 ) -> list[tuple[int, int, tuple[list[int], list[int]]]]:
-    """Returns flips of joined edges, at most one per triangle.
+    """Returns flips of joined edges, at most one for each group of edges and for each triangle.
 
-    Each consists of the indices of two triangles and of the two triangles that replace them.
+    Of several possible flips, the one is chosen after which the smallest angle is largest. A flip
+    consists of the indices of two triangles and of the two triangles that replace them.
 
+    joined : the groups of edges that _joined_edges() returns
     useful : returns whether an edge is a useful replacement
     """
     chosen = []

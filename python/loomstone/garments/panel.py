@@ -108,7 +108,7 @@ class Panel:
         raise InvalidInput(f"panel {self.name!r} has no edge {name!r}; it has {known}")
 
     def mirrored(self, name: str, *, place: Placement | None = None) -> Panel:
-        """Returns a panel that is mirrored about x = 0, for the other side of the body.
+        """Returns a panel mirrored about x = 0, as needed to make a left sleeve of a right one.
 
         Edges keep their names.
 

@@ -49,8 +49,8 @@ class Plane:
 class Cylinder:
     """Placement on a cylinder.
 
-    Points with x = 0 lie at the angle `angle_degrees` from `reference`, and x increases
-    counter-clockwise about the axis.
+    Points with x = 0 lie at the angle `angle_degrees` about the axis, measured from `reference`.
+    The angle increases with x, counter-clockwise.
 
     radius : radius of the cylinder [m]
     centre : point on the axis at the height of y = 0 [m]
@@ -82,8 +82,8 @@ class Cone:
     tip : the cone's apex in space [m]
     slope : radius of a horizontal circle divided by its distance from the apex along the cone,
         below 1 [1]
-    angle_degrees : angle from +x at which the panel's vertical line through the apex is placed
-        [degrees]
+    angle_degrees : angle about the vertical axis, measured from +x in space, at which the panel's
+        line x = apex[0] is placed [degrees]
 
     The cone opens downward if the panel's points lie below `apex` on average, otherwise upward.
     """

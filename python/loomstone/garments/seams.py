@@ -158,9 +158,10 @@ def _check_connected(pattern: Pattern) -> None:
 
 
 def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, bool]:
-    """Returns, by name, whether each panel must be turned over so that all outsides agree.
+    """Returns, by name, whether each panel must be turned over so that all outsides match.
 
-    Raises InvalidInput if this is impossible, as on a Moebius strip.
+    They match if they lie on one side of the sewn garment. The first panel is not turned. Raises
+    InvalidInput if this is impossible, as on a Moebius strip.
     """
     turned = {pattern.panels[0].name: False}
     queue = [pattern.panels[0].name]

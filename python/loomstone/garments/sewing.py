@@ -68,7 +68,7 @@ class Garment:
         return sorted({int(i) for name in names for i in self.groups[name]})
 
     def flat_corners(self) -> Floats:
-        """Returns the rest corners of all triangles (m x 3 x 2) [m]."""
+        """Returns the corners of all triangles at rest, in the flat pattern (m x 3 x 2) [m]."""
         corners: Floats = np.asarray(self.mesh.uv)[np.asarray(self.mesh.uv_triangles)]
         return corners
 
@@ -236,8 +236,8 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
 def boundary_loops(triangles: NDArray[np.integer]) -> list[list[int]]:
     """Returns the vertices of each boundary loop, in the direction of the boundary half-edges.
 
-    Loops may touch at a vertex. A loop that reaches such a vertex leaves it along the same fan of
-    triangles. Neighbouring triangles of a fan share an edge.
+    Loops may touch at a vertex. The triangles there form several fans, in which neighbours share an
+    edge. A loop enters and leaves the vertex along the same fan.
     """
     third = {}  # third vertex of the triangle of each half-edge (a, b)
     for a, b, c in triangles.tolist():

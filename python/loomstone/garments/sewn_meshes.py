@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Largest ease of patterns from files: the difference in length of two sewn edges, relative to the
-# longer one. It allows ruffles that are gathered from an edge of four times the sewn length.
+# longer one. It allows ruffles: an edge may be gathered to a quarter of its length.
 GATHERED = 0.75
 
 
@@ -61,7 +61,7 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
 
     Panels are sets of triangles connected by edges with the same uv on both sides. They are called
     "panel_1", "panel_2" and so on, by descending area. Boundary loops are called "opening_1" and so
-    on, by descending number of vertices. These names are the groups of the garment.
+    on, by descending number of vertices. The groups of the garment have these names.
 
     mesh : sewn mesh whose uv are the pattern [m]
     where : name of the mesh in errors
@@ -108,7 +108,12 @@ def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, N
 
 
 def _panels(count: int, a: Indices, b: Indices, uv: Floats) -> Indices:
-    """Returns the panel of every triangle; panel 0 is the largest."""
+    """Returns the panel of every triangle; panel 0 has the largest area in uv.
+
+    count : number of triangles
+    a, b : the two triangles at each interior edge that is not on a seam
+    uv : (count x 3 x 2) corners of the triangles in the pattern [m]
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

@@ -144,8 +144,8 @@ def _straps(right_path: Floats, right_across: Floats) -> tuple[list[Panel], list
 class _Cone:
     """One of the two cones that meet at the waist, with polar coordinates.
 
-    The coordinates are distance from the waist along the cloth [m] and angle about the cone's
-    axis, not in the flat panel [degrees].
+    The coordinates are the distance from the waist along the cloth [m], and the angle about the
+    vertical axis of the worn dress [degrees], which differs from the angle in the flat panel.
     """
 
     def __init__(self, waist: float, slope: float, opens: float) -> None:
@@ -155,7 +155,7 @@ class _Cone:
     def at(self, distance: float, degrees: float) -> tuple[float, float]:
         """Returns a point in the panel's plane with the apex at the origin [m].
 
-        degrees : angle about the cone's axis from the panel's centre line
+        degrees : angle about the cone's vertical axis, from the panel's centre line
         """
         angle, away = np.radians(degrees) * self.slope, self.apex_distance + distance
         return away * np.sin(angle), self.opens * away * np.cos(angle)
@@ -193,9 +193,12 @@ def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -
 class _Shape:
     """Joints of the straps with the bodice, and control points of the bodice's curves.
 
-    inner, outer : angles of a strap's two edges from centre front or back [degrees]
-    armhole : distance of the control points of the front and back armholes from the waist [m]
-    nape : distance of the back neckline's lowest point and control point from the waist [m]
+    Angles are about the vertical axis of the worn dress, from centre front or centre back.
+    Distances are from the waist along the cloth.
+
+    inner, outer : angles of a strap's two edges where it joins the bodice [degrees]
+    armhole : distance of the control points of the front and back armholes [m]
+    nape : distance of the back neckline's lowest point and of its control point [m]
     """
 
     inner: float
@@ -269,7 +272,8 @@ def _side(cone: _Cone, drop: float) -> Panel:
 
 def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
     inner, outer, armhole, nape = shape.inner, shape.outer, shape.armhole, shape.nape
-    # The panel spans 30 degrees (side seam) to 90 degrees (centre back), with its middle at 60.
+    # About the vertical axis, from +x, the panel spans 30 degrees (side seam) to 90 degrees (centre
+    # back). Its middle, from which cone.at() measures angles, lies at 60 degrees.
     return Panel(
         "back_right",
         (

@@ -20,8 +20,8 @@ __all__ = ["Boundary", "improve", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Smallest initial distance of interior points from the boundary, as a fraction of the spacing. It
-# is reduced if a narrow panel lacks room.
+# Smallest initial distance of interior points from the boundary, as a fraction of the lattice's
+# spacing. It is reduced if a narrow panel lacks room.
 CLEARANCE = 0.5
 WANTED_DEGREES = 28.0  # triangles with a smaller angle are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
@@ -81,8 +81,8 @@ def triangulated(
     seed : seed of the initial points
     where : name of the piece in errors
 
-    Raises InvalidInput if the boundary is too fine for the spacing of the points, or if there is no
-    triangulation with this number of interior points.
+    Raises InvalidInput if the boundary is too fine for the spacing of the points, or if no
+    triangulation with this number of interior points is found.
     """
     points = np.concatenate([boundary.points, _start(boundary, interior, seed)])
     fixed = len(boundary)
@@ -133,7 +133,8 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
 def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
     """Returns, for each point, whether it is far enough from all sharp corners of the boundary.
 
-    Corners below 55 degrees are sharp. If points keep this distance, each sharp corner has one
+    Corners below 55 degrees are sharp. The smallest distance from a corner is 1.2 times the longer
+    of its two boundary segments. If interior points keep this distance, each sharp corner has one
     triangle. Two triangles would each have only about half of its angle.
     """
     before, after = boundary.preceding - boundary.points, boundary.following - boundary.points
@@ -175,7 +176,8 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
         spacing *= 0.99
         if attempt % 20 == 19:
             clearance *= 0.8  # otherwise, narrow panels may have no room for points
-    # Surplus points are removed evenly over the piece. Relaxation then closes the gaps.
+    # Surplus points are removed evenly over the piece. Lloyd's iteration in triangulated() closes
+    # the gaps.
     surplus = len(found) - interior
     leaves = np.linspace(0, len(found), max(0, surplus), endpoint=False).astype(int)
     return np.delete(found, leaves, axis=0)
@@ -196,6 +198,8 @@ def improve(points: Floats, faces: Indices, fixed: int) -> bool:
 
     Vertices of triangles with an angle below WANTED_DEGREES are moved, each by a compass search.
     Returns whether any vertex moved.
+
+    fixed : number of vertices that do not move; they come first in `points`
     """
     poor = np.unique(faces[smallest_angles(points, faces) < WANTED_DEGREES])
     order = np.argsort(faces, axis=None, kind="stable")  # corners sorted by vertex

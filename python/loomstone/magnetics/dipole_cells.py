@@ -30,8 +30,8 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
     Between two such bodies, force() and forces() sum over the cells that cell_front() returns. A
     cell that is not a leaf is only used if its distance from the bounding box of the other body is
     at least `separation` times its longest edge. This is eq. (6.19) with r_0 = separation /
-    density^(1/3). Cells that are closer than the smaller v^(1/3) of the two bodies exert a force
-    that grows only like 1 / distance. field() sums over the leaves.
+    density^(1/3). If two cells are closer to each other than the smaller v^(1/3) of the two bodies,
+    their force grows only like 1 / distance. field() sums over the leaves.
 
     The force between two cubes of 8 x 8 x 8 cells is 39 % too large in contact, and 4 % too large
     at a gap of a twentieth of their size. Raises InvalidInput for currents, dipoles and induced

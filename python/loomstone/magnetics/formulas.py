@@ -4,8 +4,8 @@
 or, with quantity="H" (except dipole_field), field strength H [A/m]. `*_gradient` returns (n, 3, 3),
 where [k, i, j] = mu0 dH_i/dx_j [T/m] at observers[k], which equals dB_i/dx_j away from surfaces and
 currents. The argument threads, the values on surfaces, edges and wires, and the errors raised are
-those of `loomstone.magnetics.field`. The relative rounding error of the field of a polyline grows
-with distance / size, because the fields of its segments cancel. Equation numbers refer to
+those of `loomstone.magnetics.field`. The relative rounding error of the field of a closed polyline
+grows with distance / size, because the fields of its segments cancel. Equation numbers refer to
 [Thomaszewski2010].
 
 >>> from loomstone import magnetics
@@ -90,7 +90,7 @@ def dipole_gradient(
 ) -> Floats:
     """Returns dB_i/dx_j (k, 3, 3) [T/m] of point dipoles at observers (k, 3) [m].
 
-    The arguments are those of `dipole_field`. The tolerance is met by both field and gradient.
+    The arguments are those of `dipole_field`. The error of the gradient meets the tolerance.
     """
     if tolerance is None:
         return gradient(_core.magnetic_dipoles(points, moments), observers, threads=threads)

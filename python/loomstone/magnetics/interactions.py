@@ -67,13 +67,13 @@ def force(
     `error` [N] estimates the error of the force, or of torque / radius if that is larger. It
     exceeds the requested error if 2,000,000 evaluations of the field do not suffice. For induced
     bodies it includes the error of their charge, which is estimated for cuboids and cylinders by
-    comparing their grids, and for spheres from the end of their series. For an induced body near a
-    magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each other, the
-    estimate is between half and ten times the true error in nine of ten cases (for spheres, if the
-    degree is at least 3). For a sphere of degree 10 or more whose series has not converged, it is
-    at least the force between a dipole with the moment of the other body and a plane of ideal iron.
-    For two spheres, the estimate can be too small. For induced meshes, which have only one grid, it
-    is nan.
+    comparing several grids of panels, and for spheres from the end of their series. For an induced
+    body near a magnet (at the gaps that `soft_cuboid` states) and for cuboids that magnetise each
+    other, the estimate is between half and ten times the true error in nine of ten cases (for
+    spheres, if the degree is at least 3). For a sphere of degree 10 or more whose series has not
+    converged, it is at least the force between a dipole with the moment of the other body and a
+    plane of ideal iron. For two spheres, the estimate can be too small. For induced meshes, which
+    have only one grid, it is nan.
 
     engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance then
     has no effect on the result, and overlap is not detected. The error is estimated by comparison
@@ -139,9 +139,10 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     It is minus the sum over pairs of the integral of M.B over one magnet, where B is the field of
     the other. Forces are its negative derivatives with respect to positions at constant M.
-    tolerance [1]: error relative to the energy of each pair or, if that is larger, to 1e-3 mu0 m1
-    m2 / (4 pi r^3) with the moments m1 and m2 and the sum r of both radii. The energy of an induced
-    body is that of its charge in the potential of the magnet, and does not depend on the tolerance.
+    tolerance [1]: error relative to the energy of each pair or, if that is larger, to
+    1e-3 mu0 m1 m2 / (4 pi r^3) with the moments m1 and m2 and the sum r of both radii. The energy
+    of an induced body is that of its charge in the potential of the magnet, and does not depend on
+    the tolerance.
     threads 0: OMP_NUM_THREADS or all processors; the result does not depend on it. Raises
     Unsupported for currents, because keeping them constant requires work, and for two bodies with
     the mutual response of `induce`.
@@ -156,13 +157,13 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
 @takes(tolerance="1")
 def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e-6) -> float:
-    """Returns the mutual inductance of two loops or solenoids with one ampere per turn [H].
+    """Returns the mutual inductance [H] of two loops or solenoids made with 1 A per turn.
 
-    If the bodies were made with other currents, divide the result by the product of these currents
-    per turn, in ampere, to get the inductance. tolerance [1]: error relative to the integral, along
-    one winding, of the norm of the vector potential of the other. The error can be larger if the
-    windings touch. Raises InvalidInput for other bodies, and for two loops that coincide, because
-    the inductance of infinitely thin wire is infinite.
+    With other currents, the result is the inductance times the product of both currents per turn
+    [J]. tolerance [1]: error relative to the integral, along one winding, of the norm of the vector
+    potential of the other. The error can be larger if the windings touch. Raises InvalidInput for
+    other bodies, and for two loops that coincide, because the inductance of infinitely thin wire is
+    infinite.
 
     >>> import loomstone as ls
     >>> a, b = (ls.magnetics.loop(radius=radius, current=1.0) for radius in (0.1, 0.01))

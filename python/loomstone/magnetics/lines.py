@@ -115,9 +115,10 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
 def frame_lines(
     simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FieldLines | None:
-    """Returns the field lines of a frame; None without sources or if the field is negligible.
+    """Returns the field lines of a frame, or None if there are no sources.
 
-    Sources are the magnets of the frame and the coils that carry a current.
+    Also returns None if there is no uniform field and the field of the sources is negligible (see
+    _is_weak()). Sources are the magnets of the frame and the coils that carry a current.
     """
     magnets = simulation.magnets(frame)
     if not magnets or (not np.any(uniform) and _is_weak(magnets)):

@@ -177,9 +177,9 @@ def induce(
     of the linear system. For spheres with degree 0, the degree is chosen so that it causes a
     relative error of about `tolerance` in the force. The returned bodies have fields and forces
     like magnets. The uniform field also exerts the torque moment x B on them, which the function
-    `force` does not include. The axes of returned spheres may differ from those given. Inside
-    bodies with panels, the function `field` returns only the contribution mu0 H of their charge to
-    B.
+    `force` does not include. The axes of returned spheres may differ from those given. Inside a
+    body with panels, the function `field` leaves out the body's magnetisation mu0 M from B: the
+    body contributes only mu0 H of its charge.
 
     The volume means of M and H in a body with saturation J_s = mu0 M_s obey M = chi H / (1 + chi
     |H| / M_s), as if its susceptibility were chi (1 - |M| / M_s) everywhere.

@@ -45,7 +45,7 @@ def baked(
     start : time of the first sample [s]
     name : name in reports and files; default: the name of the file without its suffix
     friction : friction coefficient [1]
-    thickness : contact distance [m]; 0: the largest of the cloths, or 1 mm without cloth
+    thickness : contact distance [m]; 0: the largest thickness of a cloth, or 1 mm without cloth
     look : Look, the colour and texture of the obstacle in pictures; with a texture, the texture
         coordinates of the file are read
 

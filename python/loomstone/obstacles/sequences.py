@@ -47,7 +47,7 @@ def sequence(
     start : time of the first frame [s]; default: that of the file, or 0 if `rate` is given
     name : name in reports and files
     friction : friction coefficient [1]
-    thickness : contact distance [m]; 0: the largest of the cloths, or 1 mm without cloth
+    thickness : contact distance [m]; 0: the largest thickness of a cloth, or 1 mm without cloth
     look : Look, the colour and texture of the obstacle in pictures
 
     All frames are kept in memory (24 bytes per vertex and frame). Raises CacheError if a file

@@ -41,7 +41,7 @@ def mesh(
     positions : (k x 3) positions of the mesh's origin [m]; default: `centre` at all times
     axis_angles : (k x 3) rotation vectors at the times of the keyframes [rad]
     friction : friction coefficient [1]
-    thickness : contact distance [m]; 0: the largest of the cloths, or 1 mm without cloth
+    thickness : contact distance [m]; 0: the largest thickness of a cloth, or 1 mm without cloth
     look : Look, the colour and texture of the obstacle in pictures
 
     Without `times`, the vertices themselves are moved by `centre`, and the frame of the obstacle is

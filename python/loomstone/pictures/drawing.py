@@ -58,7 +58,7 @@ def render_run(
         frames change the automatic colours or the fit of the camera.
     progress : function called with each increment of the number of finished pictures
     stop : called before every picture if one process draws; drawing ends if it returns True
-    simulation : its magnets cause field lines if one process draws; None: the stored magnets do
+    simulation : source of magnets for field lines; None or several jobs: the run's stored magnets
 
     A fitted camera shows all drawn frames. For single frames, it is the camera of the pictures in
     the run's directory `frames` if these have equal options. Automatic colours use all frames.

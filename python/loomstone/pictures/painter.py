@@ -41,8 +41,8 @@ def colors_need_all_frames(options: RenderOptions) -> bool:
 class Painter:
     """Draws frames of one run. With `first`, no picture depends on the frames drawn before it.
 
-    first : frame that determines the region of a fitted camera, the scale of shading and the sharp
-        edges of bodies; None: the first frame drawn
+    first : frame that determines the region that a fitted camera shows, the scale of shading and
+        the sharp edges of bodies; None: the first frame drawn
     lines : number of field lines, 0: none
     simulation : simulation that provides the magnets; needed for field lines
     value_ranges : for each field of color_by, the (minimum, maximum) from which automatic colours

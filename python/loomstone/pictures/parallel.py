@@ -206,8 +206,9 @@ def _draw_parts(axes: Any, groups: Sequence[_Group]) -> None:
 
 
 def _draw_communication(axes: Any, groups: Sequence[_Group]) -> None:
-    """Draws the shares of wall time, of steps and of collision handling, in which ranks communicate
-    or wait.
+    """Draws the fraction of the wall time in which ranks communicate or wait.
+
+    Each group has one bar for whole steps and one for collision handling.
     """
     places = np.arange(len(groups))
     collision = [

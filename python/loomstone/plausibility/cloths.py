@@ -31,8 +31,8 @@ class _Usual:
 
     least: float
     most: float
-    unit: str  # of `least` and `most`
-    fabrics: str  # usual range of fabrics, in words
+    unit: str  # unit of `least` and `most`
+    fabrics: str  # range in which the values of fabrics usually lie, as text
     other: str  # the unit often used by mistake
     scale: float  # value of one `other` in `unit`
 

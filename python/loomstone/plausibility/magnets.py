@@ -25,7 +25,7 @@ SIDES = 32
 
 def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
     """Returns one sentence for each magnet that protrudes from its body or obstacle by more than
-    REACH, and one for each pair of overlapping magnets if at least one is on a rigid body.
+    REACH allows, and one for each pair of overlapping magnets if at least one is on a rigid body.
 
     surfaces : those of all bodies, followed by those of all obstacles
     pairs : pairs of overlapping surfaces; overlaps of a magnet on one with a magnet on the other

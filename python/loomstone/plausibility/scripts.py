@@ -1,4 +1,8 @@
-"""Scripted motion that looks like a mistake: frame numbers as times, degrees as radians."""
+"""Scripted motion that looks like a mistake.
+
+Examples are frame numbers given as times, degrees given as radians, and rotations by more than half
+a turn between two keyframes.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,10 @@ __all__ = ["of_scripts"]
 
 Floats = NDArray[np.float64]
 
-# Times that are whole numbers and reach one of these values [s] look like frame numbers. Both
-# values are our choice. The first, the number of frames in one second of film, applies to three or
-# more times. The second applies to one or two times, because a slow motion between two times may
-# well take half a minute.
+# Times look like frame numbers if all are whole numbers and the largest reaches a bound [s]: FRAMES
+# for three or more times, FRAMES_OF_TWO for one or two. Both bounds are our choice. FRAMES is the
+# number of frames in one second of film. FRAMES_OF_TWO is larger, because a slow motion between two
+# times may well take half a minute.
 FRAMES = 24.0
 FRAMES_OF_TWO = 100.0
 # Half a turn (the largest rotation between two keyframes) and a full turn [rad], each with a margin

@@ -10,7 +10,8 @@ __all__ = ["of_steps"]
 
 
 def of_steps(simulation: Any) -> list[str]:
-    """Returns one sentence if an explicit scheme has a fixed step above its stability limit.
+    """Returns a list with one sentence if an explicit scheme has a fixed step above its stability
+    limit.
 
     The list is empty otherwise, and also if no vertex of cloth moves freely.
     """

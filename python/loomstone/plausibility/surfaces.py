@@ -1,4 +1,4 @@
-"""Surfaces of rigid bodies and obstacles at the start of a scene."""
+"""Surfaces of rigid bodies and obstacles at the start of a scene, and the pairs that overlap."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Surface:
 
 
 def item(kind: str, index: int, name: str) -> str:
-    """Returns what messages call an entry of a list of the scene, for instance cloths[0] ("a")."""
+    """Returns the name in messages of an entry of a list of the scene, such as cloths[0] ("a")."""
     return f'{kind}[{index}] ("{name}")' if name else f"{kind}[{index}]"
 
 

@@ -62,7 +62,8 @@ class Run:
         # This path is absolute, so that a copy made by pickle can be read from any directory.
         self._path = os.path.abspath(path)
         self._file: FrameReader | None = FrameReader(self._path)
-        # Copies, made on first use: arrays of a FrameReader keep its files open after close().
+        # Copies, made on first use. The arrays of the FrameReader itself would keep its files open
+        # after close().
         self._topology: FrameTopology | None = None
         self._times: NDArray[np.float64] | None = None
         self._directory = Path(path) if Path(path).is_dir() else Path(path).parent

@@ -1,8 +1,8 @@
 """Runs a simulation, and writes its results to a directory.
 
-A run that was killed can be resumed, with bit-identical frames. Frames are flushed as they are
-written, and every checkpoint is written after the frames up to its time. Resuming discards
-everything after the newest readable checkpoint and computes it again.
+A run that was killed can be resumed; its frames are then bit-identical to those of an uninterrupted
+run. Frames are flushed as they are written, and every checkpoint is written after the frames up to
+its time. Resuming discards everything after the newest readable checkpoint and computes it again.
 """
 
 from __future__ import annotations
@@ -155,10 +155,10 @@ def _metadata_text(
 ) -> str:
     """Returns the metadata of a new run as JSON: `metadata` and further entries.
 
-    These entries are options that a resumed run keeps, the magnets and coils of the scene, from
-    which field lines are drawn, and a digest of scene and integrator, by which pictures of another
-    run are recognised. With a control function, a random number takes the place of the digest,
-    because the function may do anything.
+    The further entries are options of the run, whether it has a control function, the magnets and
+    coils of the scene, from which field lines are drawn, and a digest of scene and integrator, by
+    which pictures of another run are recognised. With a control function, a random number takes the
+    place of the digest, because the function may do anything.
     """
     described = digest_of(simulation.scene, simulation.integrator)
     kept = {

@@ -1,4 +1,4 @@
-"""Times of the frames of a run: one at the start and one every 1/rate."""
+"""Times of the frames of a run: one frame at the start, and one after every 1/rate [s]."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _whole(frames: float) -> bool:
 
 
 def frame_count(duration: float, rate: float) -> int:
-    """Returns the number of frames of a run: one at the start and one every 1/rate.
+    """Returns the number of frames of a run: one at the start, and one after every 1/rate [s].
 
     A duration that is a thousandth of a frame too short still counts as a whole number of frames.
     Raises InvalidInput for an invalid duration or rate, or if their product exceeds MOST_FRAMES.

@@ -71,8 +71,8 @@ class _Speaker:
         self._before: int | None = None
         with suppress(ValueError):  # only the main thread may call set_wakeup_fd()
             self._before = signal.set_wakeup_fd(self._noted, warn_on_full_buffer=False)
-        # The main thread may wait for a dead rank and never handle signals, so another thread reads
-        # their numbers from the pipe.
+        # The main thread may wait for a dead rank and never handle signals. Python writes the
+        # number of each signal to the pipe given to set_wakeup_fd(), and another thread reads it.
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:

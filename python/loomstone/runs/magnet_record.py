@@ -94,5 +94,5 @@ def _restored(value: Any) -> Any:
 
 
 def _tuples(value: Any) -> Any:
-    """Returns nested lists as nested tuples, as in the states of sources."""
+    """Returns nested lists as nested tuples, of which the states of sources consist."""
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value

@@ -1,8 +1,8 @@
 """Parameters of scene(): values given as text, and the types that scene() expects.
 
-The annotation of a parameter decides which values it accepts. Without an annotation that can be
-evaluated, the type of its default decides if it is bool, int, float or str. Otherwise, the
-parameter accepts every value.
+The annotation of a parameter decides which values it accepts. If there is no annotation that can be
+evaluated, but a default of type bool, int, float or str, the type of the default decides. In all
+other cases, the parameter accepts every value.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Given:
 
     @property
     def words(self) -> str:
-        """The text as it stands, or the value of the text if that is a Python string literal."""
+        """The text as it stands or, if it is a Python string literal, the value of this literal."""
         try:
             value = ast.literal_eval(self.text)
         except (ValueError, SyntaxError):
@@ -115,7 +115,8 @@ class _Refused(Exception):
 class Parameter:
     """A parameter of scene().
 
-    kind : the type in its annotation, or inspect.Parameter.empty
+    kind : the type in its annotation; inspect.Parameter.empty without an annotation that can be
+        evaluated
     """
 
     name: str
@@ -124,7 +125,7 @@ class Parameter:
 
     @property
     def takes_text(self) -> bool:
-        """Whether all accepted values are strings."""
+        """Whether the type of the parameter accepts only strings."""
         choices = typing.get_args(self._kind)
         if typing.get_origin(self._kind) is Literal:
             return all(isinstance(choice, str) for choice in choices)
@@ -158,7 +159,11 @@ class Parameter:
         return value
 
     def _like(self) -> str:
-        """Returns " like " and the default if the type is simple and accepts it, else ""."""
+        """Returns " like " and the default, as an example in a message.
+
+        Returns "" if the type does not accept the default, or is neither in _NAMES nor a list or
+        tuple of given types.
+        """
         try:
             default = _read(self.default, self._kind)
         except _Refused:
@@ -256,8 +261,8 @@ def _text(value: Any) -> str:
 def _of_union(value: Any, kinds: Sequence[Any]) -> Any:
     """Returns `value` as read by the first of `kinds` that accepts it.
 
-    They are tried in their order, with two exceptions: str comes last, because it accepts any text,
-    and int comes before it but after all others if the value is a float.
+    They are tried in their order, with two exceptions. str comes last, because it accepts any text.
+    If the value is a float, int comes after all others except str.
     """
     decimal = type(value.value if isinstance(value, Given) else value) is float
     for kind in sorted(kinds, key=lambda kind: (kind is str, kind is int and decimal)):

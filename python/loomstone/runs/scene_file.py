@@ -144,8 +144,8 @@ class SceneFile:
     def _located(self) -> Iterator[None]:
         """Runs the code of a `with` block, which calls the scene file, in the file's directory.
 
-        An error, or sys.exit(), becomes an InvalidInput that names the file and, if one is known,
-        the line. AssertionError and errors of loomstone other than InvalidInput stay unchanged.
+        An error, or sys.exit(), becomes an InvalidInput that names the file, and the line if it is
+        known. AssertionError and errors of loomstone other than InvalidInput stay unchanged.
         """
         try:
             with in_directory_of(self.path):
@@ -171,7 +171,7 @@ class SceneFile:
             raise InvalidInput(f"{self._line_of(error)}: {_kind(error)}: {told}") from error
 
     def _line_of(self, error: BaseException) -> str:
-        """Returns the path of the scene file, and its last line in the traceback, if any."""
+        """Returns the path of the scene file, and its last line number in the traceback, if any."""
         lines = [
             f.lineno
             for f in traceback.extract_tb(error.__traceback__)

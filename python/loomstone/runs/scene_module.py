@@ -22,7 +22,7 @@ __all__ = ["absolute_files", "execute_module", "in_directory_of"]
 # All threads of a process share its working directory, so only one at a time may change it.
 _directory = threading.RLock()
 
-# The global names of a scene file that have a meaning.
+# The global names of a scene file that loomstone reads.
 KNOWN = ("scene", "duration", "rate", "integrator", "render", "control", "check")
 
 
@@ -119,7 +119,7 @@ def _warn(sentence: str) -> None:
 
 
 def _assigned(tree: ast.Module) -> dict[str, int]:
-    """Returns the names and lines of functions and variables at the top level of a module."""
+    """Returns the names and line numbers of a module's top-level functions and variables."""
     names: dict[str, int] = {}
     for node in tree.body:
         targets: list[ast.expr] = []

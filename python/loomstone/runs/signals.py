@@ -39,8 +39,8 @@ class Abandoned(KeyboardInterrupt):
 
 
 class Received:
-    """The number of the latest signal that ends the run (0: none), the time at which the first one
-    arrived [s], and whether a checkpoint is due.
+    """The number of the latest signal that ends the run (0: none), the time at which the first such
+    signal arrived [s], and whether a checkpoint is due.
     """
 
     number, when, due = 0, 0.0, False
@@ -56,6 +56,7 @@ def noted_signals() -> Iterator[Received]:
 
     A SIGINT that follows a SIGINT, SIGTERM or SIGUSR1 ends the run at once. SIGCONT asks for a
     checkpoint, because mpirun sends it one second before SIGTERM and two seconds before SIGKILL.
+    In a thread other than the main thread, no signal is recorded.
     """
     received = Received()
 

@@ -52,7 +52,8 @@ def _read(path: Path) -> tuple[list[str], list[list[str]]]:
 class StepTable:
     """Writes steps.csv. Rows of an existing file are kept up to the step `until_step`.
 
-    Raises CacheError if an existing file has other columns or ends before `until_step`.
+    If `until_step` is above 0, raises CacheError if an existing file is invalid, has other columns,
+    or has rows but ends before `until_step`.
     """
 
     def __init__(self, path: Path, until_step: int) -> None:
@@ -167,9 +168,9 @@ def _duration(rows: list[dict[str, str]]) -> float:
 def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
     """Returns the run's largest kinetic energy [J] and, relative to it [1], balances of energy.
 
-    These are the largest balances over all steps, without and with the energy of contacts, and the
-    balance at the end without it; see AccountReport in core/base/report.h. They are 0 if nothing
-    has moved.
+    Two of the balances are the largest over all steps, without and with the energy of contacts. The
+    third is the balance at the end, without the energy of contacts. See AccountReport in
+    core/base/report.h. The balances are 0 if nothing has moved.
     """
     kinetic = [float(r["account.largest_kinetic"]) for r in rows]
     largest = max(kinetic)

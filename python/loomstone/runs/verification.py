@@ -53,8 +53,8 @@ class FrameTable:
 
     stored : the frames that the run has stored; the last one has the index `until_frame` - 1
 
-    Counts the intersections of stored frames that an existing table lacks. Raises CacheError if the
-    table is damaged.
+    Counts the intersections of those stored frames that have no row in an existing table. Raises
+    CacheError if this table is damaged.
     """
 
     HEADER = ("frame", "time", "intersecting_pairs", "pairs_among_bodies")

@@ -1,6 +1,7 @@
-"""Wall time that all processes of a run have taken, kept in a small file beside the checkpoints.
+"""Wall time of a run, kept in a small file beside the checkpoints.
 
-The time of a process that was killed counts up to its last checkpoint.
+If a run is resumed, the times of the processes that have advanced it are added. The time of a
+process that was killed counts up to its last checkpoint.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ WALL_TIME = "wall_time.json"
 
 
 class WallTime:
-    """The wall time of a run in a directory, which continues that of earlier processes.
+    """The wall time of a run. In a resumed run, the time of earlier processes counts, too.
 
     before : wall time of the earlier processes [s]; 0 for a new run
     """

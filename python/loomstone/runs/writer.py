@@ -84,8 +84,8 @@ class Writer(NoWriter):
         *,
         following: int,
     ) -> None:
-        """Removes from the tables of steps the rows of all steps that will be computed again. With
-        `options.verify`, frames.csv gets a row for each stored frame.
+        """Removes the rows of all steps that will be computed again from steps.csv, forced.csv and
+        limits.csv. With `options.verify`, frames.csv gets a row for each stored frame.
 
         following : index of the next frame
         """
@@ -166,7 +166,7 @@ class Writer(NoWriter):
             self._wall_time.keep()
 
     def _draws(self) -> bool:
-        """Returns whether pictures are requested and their directory has the requested options."""
+        """Returns whether pictures are requested, with the options noted in their directory."""
         return (
             self._options.render is not None
             and drawn_with(self._directory / "frames") == self._options.render
@@ -277,7 +277,8 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 def check_room(directory: Path, overwrite: bool) -> None:
     """Raises CacheError if a new run must not or cannot be written into a directory.
 
-    The files of a run that has saved nothing do not count.
+    Hidden files, and files of a run that has saved nothing, do not count. With `overwrite`, only
+    write permission is checked.
     """
     there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
     if not os.access(there, os.W_OK):

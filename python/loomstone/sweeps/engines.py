@@ -1,8 +1,8 @@
 """Runs all points (combinations of parameters) of a sweep: in processes on this machine, or on the
 workers of a Dask cluster.
 
-Dask distributes tasks to workers on any number of hosts, with and without Slurm, and gives the
-tasks of a lost worker to others, which resume them.
+Dask distributes tasks to workers on any number of hosts, with and without Slurm. If a worker is
+lost, Dask gives its tasks to other workers, which resume the runs from their checkpoints, if any.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["Command", "on_dask", "on_this_machine"]
 
 @dataclass(frozen=True)
 class Command:
-    """Arguments of `loomstone run` for all points, and options that `resume` takes too."""
+    """Arguments of `loomstone run` for all points, and options of both `run` and `resume`."""
 
     arguments: list[str]
     options: list[str]

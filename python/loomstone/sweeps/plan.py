@@ -201,7 +201,7 @@ def _digest(parameters: dict[str, Any]) -> str:
 
 
 def claim(out: Path, settings: dict[str, Any], *, besides: str = "") -> None:
-    """Makes the directory of a sweep.
+    """Makes the directory of a sweep, or checks that an existing directory can be used.
 
     Raises CacheError if the directory cannot be written, if its runs have other settings, or if it
     contains files that no sweep has written.

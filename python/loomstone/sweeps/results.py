@@ -68,7 +68,10 @@ def _flat(report: dict[str, Any], taken: dict[str, Any], prefix: str = "") -> di
 
 
 def check_figures(names: Sequence[str]) -> None:
-    """Raises InvalidInput unless each name is that of a figure, a value in the report of a run."""
+    """Raises InvalidInput unless each name is that of a figure that can be plotted.
+
+    These are frames, steps, time, wall_seconds and all figures of names_of_summary().
+    """
     known = ["frames", "steps", "time", "wall_seconds", *_flat(names_of_summary(), {})]
     for name in names:
         if name not in known:

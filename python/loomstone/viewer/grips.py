@@ -76,7 +76,10 @@ class _Spring:
 
 
 class ClothGrip:
-    """Holds a cloth by the vertices nearest to a point, with at least 5 % of the cloth's mass."""
+    """Holds a cloth by the vertices nearest to a point.
+
+    The grip takes as many of them as are needed to reach 5 % of the mass of the cloth.
+    """
 
     def __init__(
         self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike
@@ -92,7 +95,8 @@ class ClothGrip:
         self._patch = order[:count]
         self._share = mass[self._patch] / mass[self._patch].sum()
         self._spring = _Spring(float(mass[self._patch].sum()), whole, sim.step_size)
-        # In world axes, the vector from the centre of the patch to the grabbed point is constant.
+        # While the grip holds, the vector from the centre of the patch to the grabbed point is
+        # taken as constant in world axes.
         self._arm = np.asarray(point) - self._centre(sim.positions)
         self._before = sim.external_forces[self._patch]
         self.goal = np.array(point, float)

@@ -36,7 +36,7 @@ class Holder:
     def can_hold(self, body: int) -> bool:
         """Returns whether a body or obstacle can be held. Floors and deforming obstacles cannot.
 
-        `body` is an index among the rigid bodies, followed by the obstacles.
+        `body` is an index among the rigid bodies followed by the obstacles.
         """
         if body < len(self._scene.bodies):
             return True
@@ -46,6 +46,7 @@ class Holder:
     def hold(self, sim: Simulation, kind: str, index: int, point: ArrayLike) -> Grip:
         """Returns a grip on a cloth ("cloth") or on a body or obstacle ("body") at a point (3) [m].
 
+        `index` is an index among the cloths, or among the rigid bodies followed by the obstacles.
         Raises InvalidInput for a floor and for an obstacle that deforms.
         """
         if kind == "cloth":
@@ -64,7 +65,11 @@ class Holder:
     def _pose(
         self, sim: Simulation, body: int, obstacle: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the present orientation (w, x, y, z) and position [m] of an obstacle."""
+        """Returns the present orientation (w, x, y, z) and position [m] of an obstacle.
+
+        `body` is its index among the rigid bodies followed by the obstacles, and `obstacle` that
+        among the obstacles.
+        """
         from scipy.spatial.transform import Rotation
 
         mesh = self._scene.obstacles[obstacle].mesh

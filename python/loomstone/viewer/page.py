@@ -16,7 +16,8 @@ __all__ = ["Page"]
 
 _LINES = "/field lines"
 _LINE_COLOR = (120, 60, 110)
-# Direction to the eye if the camera gives none, as in renderer/camera.cpp.
+# Direction from the target to the eye if the camera has both at the same point, as in
+# renderer/camera.cpp.
 _FROM = (0.62, -1.0, 0.44)
 
 

@@ -1,4 +1,6 @@
-"""Masses of vertices. The script of pyPBD imports this module, which is not in shared/peers."""
+"""Masses of vertices. The script run_pbd.py in shared/peers imports this module, which is not in
+that folder.
+"""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -24,7 +24,7 @@ from loomstone import _core
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from smoke import AS_ROOT, SCENES, mpirun, parsed
 
-# Parameters of each scene, and the time at which it ends [s].
+# Parameters of each scene, and the duration of its run [s], which --share multiplies.
 CASES = {
     "table_cloth": ({"triangles": 1800}, 0.3),
     "wave_bar": ({"triangles": 1800}, 0.25),

@@ -89,7 +89,7 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
       if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // w-e divides or bounds the diamond
         if (n >= 0) triangles.push_back({w, e, n});
         if (s >= 0) triangles.push_back({w, s, e});
-      } else {  // s-n divides or bounds the diamond, and may lie on the clamp line
+      } else {  // s-n divides or bounds the diamond; for i = clamp, it lies on the clamp line
         if (e >= 0) triangles.push_back({s, e, n});
         if (w >= 0) triangles.push_back({s, n, w});
       }

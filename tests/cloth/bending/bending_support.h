@@ -8,12 +8,12 @@
 
 namespace loomstone::test {
 
-// Rigidity for curvatures (kxx, kyy, 2 kxy) [N m] of a plate with the flexural rigidity b [N m] and
-// the Poisson ratio nu.
+// Rigidity [N m], for curvatures (kxx, kyy, 2 kxy), of a plate with the flexural rigidity b [N m]
+// and the Poisson ratio nu.
 Mat3 isotropic(double b, double nu);
 Mat3 some_rigidity();  // anisotropic rigidity without zeros [N m]
 
-// Setup of a flat mesh in z = 0. The material axes are x and y, rotated by `angle` [rad].
+// Setup of a flat mesh in z = 0. The material axes are x and y, rotated about z by `angle` [rad].
 BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,
                         double angle = 0.0);
 BendingSetup flat_setup(const TriangleMesh& mesh, const Mat3& rigidity, double angle = 0.0);
@@ -33,12 +33,13 @@ struct Strip {
   double length;
 };
 // pattern: alternating | diagonal | mirrored | jittered | along | across. The last two consist of
-// diamonds, with edges at about 45 degrees and diagonals along or across the strip. The parameter
-// `across` is the number of cells across the width.
+// diamonds with edges at about 45 degrees to the strip. Each diamond is divided by a diagonal along
+// or across the strip; on the clamp line, it always runs across. The parameter `across` is the
+// number of cells across the width.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
-// Strip from a Delaunay triangulation of random points after `smoothing` rounds of relaxation (0
-// keeps slivers). Writes the smallest angle of this triangulation [rad] to least_angle unless this
-// pointer is null.
+// Strip that is a random_mesh() (delaunay.h) after `smoothing` rounds of smoothing (0 keeps
+// slivers), with a column of cells added behind the clamp line. Writes the smallest angle of the
+// random mesh [rad] to least_angle unless this pointer is null.
 Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing,
                    double* least_angle = nullptr);
 

@@ -37,8 +37,8 @@ Triangles delaunay(const Points& points) {
     p.push_back(centre + far * Vec2(std::cos(angle), std::sin(angle)));
   std::vector<Corners> triangles{{n, n + 1, n + 2}};
   for (Index i = 0; i < n; ++i) {
-    // Directed edges of the triangles whose circumcircles contain the point. Inner edges occur in
-    // both directions.
+    // Directed edges of the triangles whose circumcircles contain point i. An edge between two such
+    // triangles occurs in both directions.
     std::map<std::pair<Index, Index>, int> border;
     std::vector<Corners> kept;
     for (const Corners& t : triangles) {

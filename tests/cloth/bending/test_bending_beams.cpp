@@ -17,7 +17,7 @@ struct Cantilever {
   std::string element, pattern;
   Index across;
   Mat3 rigidity;
-  double angle = 0.0;  // angle between weft and the axis of the cantilever [rad]
+  double angle = 0.0;  // angle from the axis of the cantilever (x) to weft [rad]
   double width = 0.2;
 };
 

@@ -13,7 +13,7 @@ LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
   return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
 }
 
-// Upper and lower limits. Many strain components of a deformed sheet lie beyond them.
+// Upper and lower limits. Many strain components of the shape deformed() lie beyond them.
 StrainLimit exceeded() {
   StrainLimit limit;
   limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;
@@ -175,7 +175,7 @@ TEST_CASE("a yielding strip has a bounded stress in the mode that exceeds its li
     // `beyond` is the bound on the second Piola-Kirchhoff stress, divided by the stretch and by 300
     // times the modulus. It is 0.2 times the strain above 0.09, where the second phase begins, plus
     // 0.02 times 0.105. Without yielding, the stress at the start of the fourth phase, divided in
-    // the same way, is 0.105: 10.5 times the margin of 0.01.
+    // the same way, is 0.105: 10.5 times the margin of 0.01. `expected` contains the width, 0.2 m.
     const double beyond = 0.02 * 10.5 * 0.01 + 0.2 * (strain - 0.09);
     const double expected = 0.2 * 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(added(strain, 0.0, yields.data()) == Approx(expected).epsilon(1e-9));

@@ -18,7 +18,8 @@ StrainLimit limits_of(double weft, double warp, double shear) {
 
 TriangleMesh irregular() { return jittered_grid(1.0, 1.0, 20, 20, 0.2, 3); }
 
-// Sheet with non-uniform stretch, shear and waves, which are proportional to `size`.
+// Returns the vertices of a sheet with non-uniform stretch, shear and waves, all proportional to
+// `size`.
 Points deformed(const TriangleMesh& mesh, double size) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {

@@ -53,8 +53,8 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
   BlockMatrix d = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {0.0, 1.0}}, 0, n, d);
-  // The viscous force with the opposite sign, because the product is one with the derivative of the
-  // force times -1.
+  // `viscous` is minus the viscous force, because `d` is minus the derivative of this force with
+  // respect to v.
   const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
   // The force is linear in v, so both sides agree to rounding.

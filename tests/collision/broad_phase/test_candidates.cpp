@@ -1,5 +1,6 @@
-// Tests of the broad phase: the three engines find the same pairs, which include all close
-// pairs. The shape of the tree and the numbers of threads and ranks do not affect the result.
+// Tests of the broad phase: the engines `brute-force`, `clusters` and `embree` find the same pairs,
+// which include all close pairs. The shape of the tree and the numbers of threads and ranks do not
+// affect the result.
 #include <catch2/catch.hpp>
 
 #include <set>
@@ -13,7 +14,8 @@ using namespace loomstone;
 
 namespace {
 
-// A sheet crumpled into a small volume, so that all its parts are close to each other.
+// Returns the vertices of a sheet crumpled into a small volume, so that all its parts are close to
+// each other. Each coordinate has a random part of up to `size` [m].
 Points crumpled(const TriangleMesh& mesh, unsigned seed, double size) {
   std::mt19937 random(seed);
   Points x = mesh.vertices();

@@ -281,7 +281,7 @@ TEST_CASE("the first tests of all ranks cover the same clusters, whether costs a
   PartitionTrees trees(scene.model, pairs, 4);
   const std::vector<double> inflation(scene.model.surfaces.size(), 1e-3);
   trees.refit(Team{1}, {scene.x, scene.x, inflation}, true);
-  // Returns all leaves below the given tests.
+  // Returns all leaves (tests of two clusters) that result from the given tests.
   const auto leaves = [&](std::vector<NodeTest> stack) {
     std::vector<std::tuple<Index, Index, Index, Index>> found;
     PartitionTrees::Scratch scratch;

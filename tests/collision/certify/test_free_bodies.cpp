@@ -83,7 +83,7 @@ TEST_CASE(
                    inertia * body.turned;
     double size = angular.norm();
     for (Index v = 0; v < 4; ++v) {
-      // Displacement of a vertex times its mass of 1 g.
+      // Displacement of a vertex by the impulse, times its mass of 1 g.
       const Vec3 change = (x1.row(v) - given.row(v)).transpose() / 1e3;
       linear += change;
       angular += Vec3((scene.x.row(v) + share * (given.row(v) - scene.x.row(v))).transpose())

@@ -31,7 +31,7 @@ TEST_CASE("a vertex that falls through a face is hit at half time") {
                           Vec3(0.2, 0.2, -1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   const Impact impact = continuous_vertex_face(q);
   CHECK(impact.hit);
-  // The minimum gap is 0, so only rounding errors change the time.
+  // The minimum gap is 0, so the reported time is exact up to rounding.
   CHECK(impact.time == Approx(0.5).epsilon(1e-9));
   CHECK((impact.normal - Vec3(0, 0, 1)).norm() < 1e-9);
 }

@@ -30,7 +30,8 @@ TestScene sheets_on_table(bool smooth) {
 struct Results {
   std::vector<double> numbers;               // the same on all ranks
   std::vector<std::array<double, 9>> terms;  // of this rank's rows; each begins with the row number
-  std::size_t kept = 0, found = 0;           // contacts of this rank and of all ranks, in all steps
+  // Numbers of contacts, summed over the steps: `kept` on this rank, `found` on all ranks.
+  std::size_t kept = 0, found = 0;
 
   void add(const ContactTotals& totals) {
     numbers.insert(numbers.end(), {1.0 * static_cast<double>(totals.n), 1.0 * totals.pressed,

@@ -162,8 +162,8 @@ TEST_CASE("contact forces are minus the gradient of the contact energies for fix
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // The energy is less smooth where a contact begins or ends. This happens nowhere within 1e-9 m
-  // of x.
+  // The energy is less smooth where a contact begins or ends. The step is so small that no contact
+  // does so between the two displaced positions.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
@@ -200,7 +200,7 @@ TEST_CASE(
     out = terms;
     return made.at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
   };
-  // The displacement lets the sheets pass through each other, so gaps have both signs.
+  // The displacement moves parts of the sheets through each other, so gaps have both signs.
   const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13),
                direction = shaken(Points::Zero(n, 3), 1.0, 14);
   at(moved, there);

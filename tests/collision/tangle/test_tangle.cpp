@@ -1,5 +1,5 @@
-// Tests of tangles: every edge that pierces a triangle is found and moves back the way it came, and
-// surfaces that cross from edge to edge retract.
+// Tests of tangles: the edges that pierce triangles, the directions in which these edges move back,
+// and the retraction of surfaces that cross from edge to edge.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -176,8 +176,8 @@ TEST_CASE("sheets that cross from edge to edge retract, the smaller part first")
       REQUIRE(tangle.retractions.size() == 1);
       const Retraction& retraction = tangle.retractions[0];
       // The sheets intersect along the line x = at, z = 0. Extended to the borders, this line
-      // divides each sheet in two. The smallest of the four parts retracts. Its width is the
-      // expected depth.
+      // divides each sheet in two. The sheet with the smallest of the four parts retracts. The
+      // expected depth is the width of this part.
       const double at = 0.02 + 0.01 / std::tan(degrees * std::numbers::pi / 180.0);
       const double half_width = 0.1 - 0.01 / std::sin(degrees * std::numbers::pi / 180.0);
       CHECK(std::abs(retraction.point.x() - at) < 1e-9);

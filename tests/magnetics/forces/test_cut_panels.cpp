@@ -62,8 +62,8 @@ TEST_CASE("cut panels cover the panel, and no face plane passes through a triang
   CHECK((moment - area.z() * Vec3(0, 0, -0.003)).norm() < 1e-12 * 0.005 * area.norm());
 }
 
-// Without the cuts, two million evaluations of the field would not reach this tolerance. The panels
-// of the mesh are not cut, because the code does not recognise its shape as a cuboid.
+// Without the cuts, two million evaluations of the field would not reach the tolerance of 1e-7. The
+// panels of the mesh are not cut, because the code does not recognise its shape as a cuboid.
 TEST_CASE("forces between cuboids that lie flush and turned reach a small tolerance") {
   const double tilt = GENERATE(0.0, 1e-4, 1e-2), gap = GENERATE(1e-9, 1e-6);
   CAPTURE(tilt, gap);
@@ -166,7 +166,7 @@ TEST_CASE("discs that a cuboid cuts cover the disc, and no face plane passes thr
   CHECK(area == Approx(pi * (radius * radius - inner * inner)).epsilon(1e-6));
 }
 
-// Without the cuts, two million evaluations of the field would not reach this tolerance.
+// Without the cuts, two million evaluations of the field would not reach the tolerance of 1e-6.
 TEST_CASE("the force of a cuboid on a disc that lies flush is the derivative of the energy") {
   const double off = GENERATE(3e-4, 4e-3), inner = GENERATE(0.0, 0.002);
   CAPTURE(off, inner);
@@ -195,7 +195,7 @@ TEST_CASE(
   CHECK(cut_along_rims(panel, beside, {0.006, 0.0}).empty());
 }
 
-// Without the cuts, two million evaluations of the field would not reach this tolerance.
+// Without the cuts, two million evaluations of the field would not reach the tolerance of 1e-7.
 TEST_CASE("forces between cylinders that lie flush are derivatives of the energy") {
   const auto [off, inner] =
       GENERATE(std::pair(3e-4, 0.0), std::pair(1e-3, 0.0), std::pair(4e-3, 0.0),

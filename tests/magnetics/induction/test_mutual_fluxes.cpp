@@ -84,7 +84,8 @@ Wrench all_forces(const PlacedCharges& on, const PlacedCharges& by) {
   return sum;
 }
 
-// Parallel and tilted poses of two flat cuboids, with gaps of 0.1 to 1 times their height.
+// Poses of a flat cuboid relative to an equal one: two parallel, one tilted, one turned about z.
+// The gaps are 0.1 to 1 times the height.
 const std::vector<RigidPose> poses = {{Vec3(0, 0, 0.44), Vec4(1, 0, 0, 0)},
                                       {Vec3(0.3, -0.2, 0.5), Vec4(1, 0, 0, 0)},
                                       {Vec3(2.1, 0.4, 1.1), Vec4(0.8, 0.2, 0.4, -0.4)},
@@ -99,8 +100,8 @@ TEST_CASE("fluxes between bodies equal sums over all panels") {
     const PanelSet &on, &by;
     RigidPose pose;
   };
-  // The grids of the two panel sets have equal or different weights, or at least one set has a
-  // curved surface.
+  // In the first case, the grids of the two panel sets have different weights. In the next three,
+  // at least one set has a curved surface. In the cases added below, the weights are equal.
   std::vector<Case> cases = {{cuboid, other, poses[1]},
                              {round, cuboid, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
                              {cuboid, round, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},

@@ -1,5 +1,6 @@
-"""Rules for the structure of the sources: includes between modules, the files that may include an
-external library, unique names of types, and the size of files and folders.
+"""Rules for the structure of the sources: includes between modules and between their rooms, the
+files that may include an external library, unique names of types, and the size of files and
+folders.
 """
 
 import re
@@ -132,8 +133,8 @@ def test_an_external_library_is_included_only_by_its_files(header: str) -> None:
 
 
 def test_types_of_headers_have_different_names() -> None:
-    # Types of the same name would violate the one-definition rule: a program that contains both
-    # could destroy an object of one type with the destructor of the other.
+    # Two types of the same name in one namespace would violate the one-definition rule: a program
+    # that contains both could destroy an object of one type with the destructor of the other.
     declared = (
         r"^(?:struct|class|enum class) (?:alignas\([^)]*\) )?(\w+)(?: final)?(?: :[^{;]*)? \{"
     )

@@ -48,8 +48,9 @@ SPEC = r"[a-z][a-z0-9-]*(@(\d+(\.\d+)*)?(:(\d+(\.\d+)*)?)?|[+~][a-z]+)*"
 
 @pytest.fixture(scope="module")
 def recipe(tmp_path_factory):
-    """Returns what the recipe declares: for each directive, its first arguments; in "options", the
-    first argument and the options of every call; in "class", the class of the package.
+    """Returns what the recipe declares: for each directive, the first argument of every call; in
+    "options", the first argument and the options of every call; in "class", the class of the
+    package.
     """
     said = {"version": [], "depends_on": [], "options": []}
     package = types.ModuleType("spack.package")

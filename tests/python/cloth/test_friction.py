@@ -127,9 +127,10 @@ def test_a_rope_of_cloth_round_a_cylinder_follows_the_capstan_law():
 @pytest.mark.parametrize("share", [0.5, 0.75, 0.92, 1.3])
 @pytest.mark.parametrize("step", [1e-3, 4e-3, "auto"])
 def test_a_floor_that_accelerates_carries_a_sheet_along(step, share):
-    # If the predicted slip included the change of the floor's velocity in the step, friction would
-    # be too weak: at 0.92 of the friction limit, the sheet would have 0.85 of the floor's speed in
-    # automatic steps, 0.91 in steps of 4 ms and 0.974 in steps of 1 ms.
+    # If the tangential displacement predicted for a step (friction.h) included the change of the
+    # floor's velocity in this step, friction would be too weak: at 0.92 of the friction limit, the
+    # sheet would have 0.85 of the floor's speed in automatic steps, 0.91 in steps of 4 ms and 0.974
+    # in steps of 1 ms.
     acceleration, start, time = share * MU * 9.81, 0.1, 0.1
     times = np.linspace(0.0, 0.5, 2001)
     moved = 0.5 * acceleration * np.maximum(times - start, 0.0) ** 2

@@ -94,8 +94,8 @@ def test_a_fixed_stop_holds_a_driven_bar():
 @pytest.mark.parametrize("step", [1e-4, 1e-3, 4e-3])
 def test_a_driven_bar_bounces_off_a_stop_with_its_restitution(step):
     # The bar approaches the stop at 0.33 m/s. It returns from its rebound at less than 0.2 m/s,
-    # below which bodies do not bounce. The approach speed excludes the speed that the torque
-    # adds within the step, 0.02 m/s in 4 ms.
+    # below which bodies do not bounce. Restitution acts on the approach speed without the speed
+    # that the torque adds within the step (0.02 m/s in 4 ms).
     ball = ls.meshes.sphere(radius=0.005, subdivisions=3)
     stop = ls.obstacles.mesh(ball, name="stop", centre=(LEVER, 0.02, 0))
     sim = simulation([bar(restitution=0.6)], [stop], step=step, torque=1e-3)

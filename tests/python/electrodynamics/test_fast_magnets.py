@@ -38,7 +38,7 @@ def test_a_ball_that_flies_past_another_gives_it_the_impulse_of_a_straight_path(
     # Impulse across the path if the flying ball moves along an infinite straight line. At a
     # distance r, the balls repel each other with the force 3 mu0 m^2 / (4 pi r^4).
     impulse = mu_0 * moment**2 / (np.pi * speed * apart**3)
-    # At 20 m/s, the balls move apart by 0.3 % of their distance while they pass. The parts of the
+    # At 20 m/s, the balls move apart by 0.5 % of `apart` until the end of the run. The parts of the
     # line beyond the simulated path would contribute less than 1e-4 of the impulse.
     assert mass * sim.state.body_velocities[1][1] == pytest.approx(-impulse, rel=0.01)
     assert abs(mass * sim.state.body_velocities[1][0]) < 0.02 * impulse

@@ -92,7 +92,7 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
     from pxr import UsdGeom, UsdShade
 
     (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
-    # The estimate bounds the size of binary files. Text files may have four times this size.
+    # `largest_size` bounds the size of a binary file. A text file may have four times this size.
     bound = clip_of(run, range(1, 6), 2, lambda _: None).largest_size
     assert path.stat().st_size <= bound * (4 if suffix == ".usda" else 1)
     stage = pxr.Stage.Open(str(path))

@@ -1,4 +1,4 @@
-"""glTF repeats vertices whose corners have different texture coordinates."""
+"""A glTF export repeats vertices whose corners have different texture coordinates."""
 
 import loomstone as ls
 import numpy as np

@@ -101,7 +101,7 @@ def test_a_sector_is_sewn_to_a_cone(degrees, least):
         points = np.asarray(hat.mesh.vertices)
         radius, share = np.hypot(*points.T[:2]), degrees / 360
         slope = share / np.sqrt(1 - share**2)
-        # `relax` moves vertices off the cone by a fraction of an edge.
+        # The relaxation in garment() moves vertices off the cone by a fraction of an edge.
         assert np.abs(radius + slope * points[:, 2]).max() < 0.03
 
 

@@ -171,7 +171,8 @@ def test_a_frame_gives_the_poses_of_its_magnets_and_draws_their_lines(tmp_path):
     assert placed[1].radius == 0.005
     alone = m.field(placed[0], [placed[1].position])[0]
     share = 3 * 100 / 103 * 4 / 3 * np.pi * 0.005**3 / m.MU0
-    # Moments in scenes are induced with a tolerance of 1e-6. The bound is ten times as large.
+    # With the default magnetic_tolerance, the relative tolerance of induced moments is 1e-6. The
+    # bound is ten times as large.
     assert placed[1].moment == pytest.approx(share * alone, rel=1e-5)
 
     options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)

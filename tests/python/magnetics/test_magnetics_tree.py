@@ -1,5 +1,5 @@
-"""Treecode sums over many dipoles satisfy the requested tolerance, conserve momentum, and are the
-same on any number of threads.
+"""Errors of treecode sums over many dipoles are at most twice the requested tolerance. The sums
+conserve momentum, and are the same on any number of threads.
 """
 
 import loomstone as ls

@@ -23,8 +23,8 @@ def away(found, wanted):
 
 
 def lift(soft, magnet, height):
-    """Returns the force and torque that `soft` exerts on a magnet at (0, 0, height) [m], which
-    magnetises it.
+    """Magnetises `soft` by a magnet at (0, 0, height) [m]. Returns the force and torque that `soft`
+    then exerts on the magnet.
     """
     there = magnet.at((0, 0, height), magnet.orientation)
     (induced,) = M.induce(soft, by=there, tolerance=1e-10).bodies
@@ -92,9 +92,9 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Compares the catalogue's flux densities and pulls with those computed for blocks with a
-    polarization of 1.24 T, and the computed pull on the scene's plate with that of an image magnet.
-    The catalogue's pulls deviate more than its flux densities.
+    """Compares flux densities and pulls of the catalogue in scenes/pull.py with those computed for
+    blocks with a polarization of 1.24 T. The pulls deviate more than the flux densities. Also
+    compares the computed pull on the scene's plate with that of an image magnet.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None

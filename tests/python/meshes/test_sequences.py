@@ -1,4 +1,4 @@
-"""Obstacles whose vertices are read frame by frame from files."""
+"""Obstacles whose vertex positions at each frame come from files."""
 
 import loomstone as ls
 import numpy as np
@@ -7,8 +7,8 @@ import pytest
 BALL = ls.meshes.sphere(radius=0.1, subdivisions=1)
 N = BALL.n_vertices
 TIMES = np.array([0.0, 0.04, 0.08])
-# The ball grows and rises. Coordinates are rounded to single precision, as in caches of other
-# programs.
+# The ball grows and rises. Coordinates are rounded to single precision, as in the point caches
+# (.pc2, .mdd) of other programs.
 FRAMES = (
     np.array([BALL.vertices * (1.0 + t) + (0.0, 0.0, t) for t in TIMES])
     .astype(np.float32)
@@ -75,7 +75,8 @@ def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     )
     *_, last = sim.frames(duration=0.08)
     assert last.body_vertices == pytest.approx(FRAMES[-1], abs=1e-6)
-    # The top of the ball rises from 0.1 to 0.188 m and lifts the cloth to at least 0.178 m.
+    # The top of the ball rises from 0.1 to 0.188 m, so the highest vertex of the cloth ends above
+    # 0.178 m.
     assert last.positions[:, 2].max() > 0.108 + 0.07
 
 

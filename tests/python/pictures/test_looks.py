@@ -88,7 +88,7 @@ def tiles(uv, width):
     """Returns the strongest channel of CHECKER, repeated every `width` [m], at uv [m]. Also returns
     which uv are not close to edges of CHECKER's pixels.
 
-    Close means within 5 mm, which is about one pixel of the picture.
+    Close means within 5 mm, which is about one pixel of the pictures of seen_on_floor().
     """
     at = uv / (0.5 * width)
     clear = (np.abs(at - np.rint(at)) * 0.5 * width > 5e-3).all(1)

@@ -1,5 +1,5 @@
-"""The plot of parallel work averages runs on equally many ranks and separates measured points from
-replayed ones.
+"""The plot of parallel work shows means of runs on equally many ranks, and separate lines for
+measured and for replayed speed-ups.
 """
 
 import csv
@@ -21,8 +21,8 @@ FRAMES = np.array([0.1, 0.2])
 
 
 def made(ranks, collision, waiting=0.0, decomposition="predicted", **changed):
-    """A run of two frames. For each, collision handling takes `collision` [s], of which ranks wait
-    for `waiting` [s].
+    """A run of two frames. For each frame, collision handling takes `collision` [s], of which
+    `waiting` [s] are waiting; both are means over the ranks.
     """
     values = {
         "name": f"{ranks}",

@@ -1,5 +1,6 @@
-"""The picture of a frame depends neither on when it is drawn nor on which other frames are drawn.
-A directory never mixes pictures of different runs or options, and no picture is lost.
+"""The picture of a frame depends on the run and the options, but neither on when it is drawn nor on
+which other frames are drawn. A directory never mixes pictures of different runs or options, and a
+command that is refused deletes no pictures.
 """
 
 import itertools

@@ -1,7 +1,8 @@
-"""VTK's own reader gives the written values bit for bit, at every step.
+"""VTK's own reader gives the stored values bit for bit, at every time step.
 
-The C++ test program writes the run. The tests compute the expected values by the same formulas.
-LOOMSTONE_TEST_CACHE gives the path of the program (default: build/tests/cache/test_cache).
+The C++ test program test_cache writes an example run. The tests compare what VTK reads with the
+datasets and with the formulas of that program. LOOMSTONE_TEST_CACHE gives the path of the program
+(default: build/tests/cache/test_cache).
 """
 
 import os
@@ -50,7 +51,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 
 def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
-    """Returns a reader that has read the file's information."""
+    """Returns a reader that has read the metadata of the file, such as its times."""
     reader = vtk.vtkHDFReader()
     reader.SetFileName(str(path))
     assert reader.CanReadFile(str(path))

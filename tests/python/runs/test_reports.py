@@ -13,7 +13,7 @@ from loomstone.runs.steps import read_steps
 def test_forced_intersections_are_recorded_with_their_triangles_and_reported(
     pressed, tmp_path, capsys
 ):
-    # At the end, the plates are tilted against each other, so they cut the cloth between them.
+    # From 0.02 s on, the plates are tilted against each other, so they cut the cloth between them.
     tilted = [
         plate.replace(axis_angles=[(0, 0, 0), (angle, 0, 0)])
         for plate, angle in zip(pressed.obstacles, (0.15, -0.15), strict=True)
@@ -125,7 +125,9 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
 
 
 def test_energy_lost_to_impacts_is_not_called_withheld_motion(tmp_path):
-    """Impulses of impacts change the motion after the solve. No motion is withheld here."""
+    """Impulses of impacts change the motion after the solve. The account adds the energy that they
+    dissipate to `withheld`, although no motion is withheld here.
+    """
     mesh = ls.grid(size=(0.2, 0.2), cells=(6, 6)).moved((0, 0, 0.02))
     scene = ls.Scene(
         cloths=[ls.Cloth(mesh=mesh, velocities=np.tile((0.0, 0.0, -3.0), (mesh.n_vertices, 1)))],

@@ -1,5 +1,5 @@
-"""A data file runs no code: the program in a run runs only if it equals the scene file on disk, or
-if the user trusts the run.
+"""Files of a run are data. The copy of the scene file that they contain is executed only if it
+equals the scene file on disk, or if the user trusts the run.
 """
 
 import json
@@ -47,8 +47,8 @@ def loomstone(*arguments):
 
 @pytest.fixture(scope="module")
 def from_stranger(tmp_path_factory):
-    """Directory of a run whose program creates the file `marker`. Both `marker` and the scene
-    file have been deleted.
+    """Directory of a run whose scene file creates the file `marker`. Both files have been deleted,
+    but the run contains a copy of the scene file.
     """
     place = tmp_path_factory.mktemp("stranger")
     scene, out, marker = place / "scene.py", place / "out", place / "marker"

@@ -1,4 +1,4 @@
-"""The wall time of a run is the sum over all processes that have worked on it."""
+"""The wall time of a run is the sum over the processes that began, resumed or extended it."""
 
 import json
 import signal

@@ -1,6 +1,6 @@
-"""Small, short versions of all scene files: cloth intersects nothing in any frame, its stretch is
-bounded, and the energy of magnets and circuits is accounted for. Some scenes keep their claims,
-too.
+"""Small, short versions of all scene files. Cloth intersects nothing in any frame, and its stretch
+is bounded. In most scenes of magnets without cloth, the energy is tested. For a few scene files,
+their check() is called.
 """
 
 from pathlib import Path
@@ -176,7 +176,8 @@ def test_a_dress_that_starts_within_its_thickness_gains_no_energy():
     for _ in range(20):
         sim.step()
         balances.append(sim.report.account.balance)
-    # The energy that restores gaps in the first step counts as work.
+    # Impulses restore the gaps in the first step. Their energy counts as work, so the balance does
+    # not include it.
     assert max(balances) < 0.005
 
 

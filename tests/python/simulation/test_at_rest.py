@@ -1,4 +1,6 @@
-"""Linear iterations for cloth that is at rest or moves slowly. Cloth at rest stays at rest."""
+"""Cloth that is at rest stays at rest, and requires few linear iterations. Slow motion requires as
+many as fast motion.
+"""
 
 import loomstone as ls
 import numpy as np

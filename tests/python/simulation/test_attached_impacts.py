@@ -11,7 +11,9 @@ MASS = 3.0 * DENSITY * LENGTH * WIDTH  # of a ball
 
 
 def carried(tilt: float, velocity: tuple[float, float, float], stiffness: float, **options):
-    """Returns a strip, a ball at its end, and their attachment. Both move at `velocity` [m/s]."""
+    """Returns a strip along x that is turned by `tilt` [rad] about y, a ball at its end, and their
+    attachment. Strip and ball move at `velocity` [m/s]. `stiffness` is in [N/m].
+    """
     cos, sin = np.cos(tilt), np.sin(tilt)
     turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
     flat = ls.meshes.strip(length=LENGTH, width=WIDTH, triangles=240)
@@ -65,8 +67,8 @@ def test_cloth_is_not_thrown_when_its_body_lands(step, stiffness, limit):
         sim.step()
         fastest = max(fastest, np.linalg.norm(sim.velocities, axis=1).max())
         excess = max(excess, sim.report.limits.excess)
-    # The margin allows for 27 ms of free fall, and for the free end of the strip, which swings
-    # about the ball.
+    # The margin allows for the free fall of 26 ms before the ball lands, and for the free end of
+    # the strip, which swings about the ball.
     assert fastest < 1.2 * speed
     assert excess < 0.01
 
@@ -97,14 +99,15 @@ def test_momentum_of_bodies_that_collide_while_they_carry_cloth(step, lost, rest
     while sim.time < 0.06:
         sim.step()
     assert np.linalg.norm(sim.state.body_velocities[1]) > 0.5
-    # Coupling with bodies is of first order in the step.
+    # The error of the coupling of cloth with bodies is of first order in the step.
     assert np.linalg.norm(momentum() - start) < lost * np.linalg.norm(start)
 
 
 @pytest.mark.parametrize("scheme", [ls.BackwardEuler, ls.SemiImplicitEuler, ls.ImplicitMidpoint])
 def test_cloth_of_a_body_at_rest_comes_to_rest(scheme):
-    # The floor cancels the weight of the box in each part. If this moved the attached vertices,
-    # they would never come to rest, and the membrane would stay strained by 0.8 %.
+    # In each part, the floor's impulse cancels that of the weight of the box. If this correction
+    # moved the attached vertices, they would never come to rest, and the membrane would stay
+    # strained by 0.8 %.
     flat = ls.meshes.strip(length=LENGTH, width=WIDTH, triangles=240)
     x = flat.vertices[:, 0]
     strip = ls.Cloth(

@@ -27,8 +27,8 @@ from loomstone.runs.verification import count_intersections
 
 def gives_way(cells: int, hung: bool, start: int) -> bool:
     """Returns whether curtain 2 of curtains() slides over the pins of curtain 1, which jump through
-    it. If the pins hooked into it, a curtain would stay stretched. Except with 18 cells, also
-    returns False if a step takes more than 20 times the median number of iterations.
+    it. If the pins hooked into curtain 2, cloth would stay stretched. Except with 18 cells, also
+    returns False if a step takes more than 20 times the median number of linear iterations.
 
     The initial positions are slightly perturbed unless `start` is 0. Raises AssertionError if
     surfaces intersect, if impacts remain, or if too much motion is withheld.
@@ -331,8 +331,8 @@ def test_schemes_without_damping_gain_no_energy_from_contacts(scheme: type[ls.In
     sim = ls.Simulation(scene, integrator=scheme(), threads=1)
     while sim.time < 0.3:
         sim.step()
-        # If the nonlinear midpoint rule tested contacts at the middle of the step, the balance
-        # would rise to 0.3.
+        # Steps with contacts are taken by backward Euler. If the nonlinear midpoint rule evaluated
+        # contacts at the middle of the step instead, the balance would rise to 0.3.
         assert sim.report.account.balance < 0.02
 
 

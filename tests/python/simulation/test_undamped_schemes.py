@@ -1,4 +1,4 @@
-"""Midpoint rules and BDF-2 in long steps: stiff cloth rotates freely and creates no energy."""
+"""Midpoint rules and BDF-2 in long steps: stiff cloth rotates freely and creates little energy."""
 
 import loomstone as ls
 import numpy as np
@@ -16,8 +16,8 @@ SCHEMES = [ls.ImplicitMidpoint, ls.BDF2]
 )
 def test_a_stiff_sheet_keeps_its_angular_momentum(scheme, fabric, axis, step, lost):
     # If the geometric stiffness used the full stress at the start of the step, a sheet would lose
-    # up to 0.75 of its angular momentum within this second with steps of 10 ms, 0.27 with steps of
-    # 4 ms and 0.007 with steps of 1 ms.
+    # up to 0.75 of its angular momentum within 1 s with steps of 10 ms, 0.27 with steps of 4 ms and
+    # 0.007 with steps of 1 ms.
     mesh, material = ls.grid(size=(0.3, 0.3), cells=(10, 10)), ls.fabrics[fabric]
     masses, spin = vertex_masses(mesh, material.density), 2.0 * np.array(axis)  # [kg], [1/s]
     velocities = np.cross(spin, mesh.vertices)
@@ -37,7 +37,8 @@ def test_a_stiff_sheet_keeps_its_angular_momentum(scheme, fabric, axis, step, lo
 @pytest.mark.parametrize("size", [0.015, 0.06])
 def test_small_stiff_sheets_create_no_energy(scheme, seed, size):
     # Waves cross these sheets in less than a step. If the energy of neglected strain could be 0.2
-    # of the kinetic energy, as with implicit Euler, the balance would rise to 0.08.
+    # of the kinetic energy with the integrators in SCHEMES, as it can with other implicit ones, the
+    # balance would rise to 0.08.
     mesh = ls.grid(size=(size, size), cells=(8, 8))
     material = ls.ClothMaterial(
         weft_stiffness=1e4,

@@ -32,7 +32,9 @@ def run(tmp_path_factory):
 
 
 def lead(sim, grip, duration):
-    """Simulates `duration` [s] with the grip. Returns the largest number of intersecting pairs."""
+    """Simulates `duration` [s] and calls grip.lead() after every step. Returns the largest number
+    of pairs of triangles that intersect after a step.
+    """
     end, most = sim.time + duration, 0
     while sim.time < end:
         begun = sim.time

@@ -63,8 +63,9 @@ TEST_CASE("features of attached vertices have contacts below their distance at t
 }
 
 TEST_CASE("of two bodies to which a vertex is attached, that with too close contacts counts") {
-  // The usual contact distance is 2.4 mm to the thin box below, which is farther away, and 4.9 mm
-  // to the thick box behind, which is closer.
+  // The usual contact distance is 2.4 mm to the thin box below, and 4.9 mm to the thick box behind.
+  // The ratio of the distance at the start to the usual contact distance is smaller for the thick
+  // box.
   const auto [below, distance] =
       GENERATE(std::pair(6e-3, 4e-3), std::pair(2.8e-3, 3e-3), std::pair(3.3e-3, 3.4e-3));
   Scene scene = strip_on_box(below, 1000.0);

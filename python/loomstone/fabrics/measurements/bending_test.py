@@ -27,7 +27,8 @@ from .rest import bring_to_rest
 
 __all__ = ["ANGLE", "CantileverResult", "cantilever", "overhang_of_elastica"]
 
-# Units: ANGLE [degrees], WIDTH [m], GRAVITY [m/s^2] (the default of Scene).
+# ANGLE: inclination of the chord that defines the overhang [degrees]. WIDTH: default width of a
+# strip [m]. GRAVITY: the default of Scene [m/s^2].
 ANGLE, WIDTH, GRAVITY = 41.5, 0.025, 9.81
 
 
