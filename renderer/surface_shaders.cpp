@@ -64,8 +64,8 @@ vec3 backdrop() {
 }
 
 // Returns the visible fractions of light and surroundings at a depth: the weighted mean over the
-// four nearest pixels of the half-size picture. Pixels of a different depth belong to other
-// surfaces and have almost no weight.
+// four nearest pixels of the half-size picture. Pixels of a different depth usually belong to other
+// surfaces, and have almost no weight.
 vec2 seen_at(float depth) {
   vec2 half_size = vec2(textureSize(light_seen, 0));
   vec2 at = gl_FragCoord.xy * half_size / size - 0.5;

@@ -1,7 +1,7 @@
-// Collision handling of one step. Contacts are found at the start of the step. Either an implicit
-// solve includes them as extra terms, or impulses correct the motion. Asynchronous steps instead
-// evaluate contacts at events, for pairs that approach() finds. Certification then finds the
-// impacts of the whole motion by continuous collision detection. It removes them by impulses
+// Collision handling of one part of a step. Contacts are found at the start of the part. Either an
+// implicit solve includes them as extra terms, or impulses correct the motion. Asynchronous steps
+// instead evaluate contacts at events, for pairs that approach() finds. Certification then finds
+// the impacts of the whole motion by continuous collision detection. It removes them by impulses
 // (clean-up) and, if some remain, by withholding motion.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Symmetric block Gauss-Seidel as a preconditioner: z = (S + L)^-T S (S + L)^-1 r. L contains the
-// strictly lower blocks of the matrix without extra terms, and S the diagonal blocks with extra
+// strictly lower blocks of the matrix, without extra terms, and S the diagonal blocks, with extra
 // terms. L is stored in single precision, because rounding of a preconditioner does not limit the
 // accuracy of the solution. One copy of L serves the forward and the backward sweep. The sweeps are
 // sequential.

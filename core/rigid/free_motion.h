@@ -1,5 +1,5 @@
-// Free rotation of rigid bodies. The state variable is the angular momentum in world axes. Only
-// torques change it; without torques, it stays bitwise identical.
+// Free rotation of rigid bodies. The angular momentum in world axes, which is constant without
+// torques, is an input. Only the orientation changes.
 #pragma once
 
 #include "core/base/rotation.h"

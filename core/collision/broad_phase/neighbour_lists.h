@@ -126,9 +126,10 @@ class NeighbourLists {
   bool updated_at(const Points& x) const;
   std::int64_t n_updates() const { return n_updates_; }  // number of updates so far
 
-  // Selects which feature pairs of the listed surface pairs the lists of all ranks together must
-  // contain after cover() and make_ended(), except pairs that BroadPhase excludes. Vertices move
-  // from the positions of the last update() to `x1`, the argument of cover().
+  // Selects the feature pairs that the lists of all ranks together must contain after cover() and
+  // make_ended(). Only features of listed surface pairs count, and pairs that BroadPhase excludes
+  // are left out. Vertices move from the positions of the last update() to `x1`, the argument of
+  // cover().
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
   // Reach: all pairs that meet two conditions. The 18-DOPs of the motions of both features overlap
   // if inflated by half the thickness plus half the extra distance of widen(). The distance between

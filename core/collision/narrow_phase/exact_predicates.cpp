@@ -150,8 +150,8 @@ bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// Returns a coordinate along which the triangle projects to a nonzero area, or -1 if the triangle
-// is degenerate.
+// Returns the index (0 to 2) of a coordinate along which the triangle projects to a nonzero area,
+// or -1 if the triangle is degenerate.
 int dropped_coordinate(const Vec3& a, const Vec3& b, const Vec3& c) {
   for (int k = 0; k < 3; ++k)
     if (orientation_in_plane(a, b, c, k) != 0) return k;

@@ -58,7 +58,7 @@ class AttachedBodies {
     // Centre of mass of the body alone, relative to that of the body with its vertices, in body
     // axes [m].
     Vec3 centre = Vec3::Zero();
-    // Impulses of the loads in the interval [N s, N m s].
+    // Impulse [N s] and angular impulse [N m s] that the loads give the body in the interval.
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
     // Velocities of the body when its vertices were last updated [m/s, rad/s].
     Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();

@@ -39,8 +39,9 @@ struct Integrand : PanelTask {
     return sample;
   }
 
-  // Returns pieces of a panel, cut where the field of `by` is singular. Returns none if these
-  // places are not known, or if cut_along_rims() returns none.
+  // Cuts a panel where the field of `by` can be singular: along the planes of the faces of a
+  // cuboid, or, if the panel is a disc, along the projected rims of a cylinder. Returns no pieces
+  // for other combinations of panel and `by`, or if cut_along_rims() returns none.
   std::vector<Panel> cut(const Panel& panel) const {
     const bool flat =
         panel.shape == Panel::Shape::parallelogram || panel.shape == Panel::Shape::triangle;

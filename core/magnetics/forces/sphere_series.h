@@ -1,4 +1,5 @@
-// Convergence of the solid harmonics that describe the response of a sphere to nearby sources.
+// Convergence of the series of solid harmonics that describes the response of a sphere to nearby
+// sources.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

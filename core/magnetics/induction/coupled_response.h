@@ -31,8 +31,9 @@ class CoupledResponse {
   // For other pairs, the field is evaluated at the samples of the target.
   Vector received(std::size_t target, const std::vector<Vector>& charges) const;
 
-  // Returns the bodies as sources with given charges. The part of the charge that the applied field
-  // induces directly varies within panels, as this field does.
+  // Returns the bodies as sources with given charges. In bodies with panels, a part of the charge
+  // is induced by the applied field, and another part by other charges. Within a panel, the first
+  // part varies as the applied field does.
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
                                    const std::vector<AppliedField>& applied) const;
 

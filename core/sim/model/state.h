@@ -71,7 +71,7 @@ struct State : SteppedState {
   // motion is linear in time. With steps of given length, it is complete at the end of the next
   // step.
   double target_time = 0.0;
-  // (n) 1: the row of pin_target replaces the script of this prescribed vertex.
+  // (n) 1: the row of pin_target replaces the given motion of this prescribed vertex.
   std::vector<std::uint8_t> pin_override;
   Points pin_target;  // (n x 3) positions [m]; no rows: zero
   // One pose per obstacle, which replaces its keyframes or vertex_positions where pose_override is

@@ -2,7 +2,8 @@
 
 Points of the outline and of the holes are fixed. Interior points start on a jittered hexagonal
 lattice. They first move to the centroids of their neighbouring triangles (Lloyd's iteration
-[Lloyd1982]). Points of triangles with small angles then move to where these angles are larger.
+[Lloyd1982]). Interior points of triangles with small angles then move to where these angles are
+larger.
 """
 
 from __future__ import annotations

@@ -171,7 +171,9 @@ class SceneFile:
             raise InvalidInput(f"{self._line_of(error)}: {_kind(error)}: {told}") from error
 
     def _line_of(self, error: BaseException) -> str:
-        """Returns the path of the scene file, and its last line number in the traceback, if any."""
+        """Returns, as text, the path of the scene file and, if the traceback contains this file,
+        the line of the innermost frame in it.
+        """
         lines = [
             f.lineno
             for f in traceback.extract_tb(error.__traceback__)

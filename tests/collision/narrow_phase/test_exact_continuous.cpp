@@ -135,8 +135,9 @@ TEST_CASE(
     CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}),
                face) == verdict);
     CHECK(exact(q, face).hit == verdict);
-    // If the motion has no collision, the features are apart at every instant. Multiples of 1/8 of
-    // these coordinates are exact in floating point.
+    // If the motion has no collision, the features are apart at every instant. Nine instants are
+    // tested, at eighths of the step. The coordinates are small integers, so the positions at these
+    // instants are exact in floating point.
     for (int k = 0; k <= 8 && !verdict; ++k) {
       MovingPoints rest;
       for (int i = 0; i < 4; ++i) rest[i] = rest[4 + i] = ((8 - k) * q[i] + k * q[4 + i]) / 8.0;

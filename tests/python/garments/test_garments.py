@@ -123,7 +123,7 @@ def test_panels_with_notches_and_curves_have_no_angle_below_25_degrees(triangles
 def test_sharp_corners_of_the_outline_limit_the_angles():
     panel = g.Panel.polygon("sharp", [(0, 0), (0.5, 0), (0, 0.15)], names="abc")
     corner = np.degrees(np.arctan2(0.15, 0.5))
-    # The mesh cannot avoid the sharp corner, because the sampled outline keeps its angle.
+    # No mesh can avoid the small angle, because the sampled outline keeps the sharp corner.
     assert ls.garment([panel], triangles=400).min_angle_degrees() > corner - 1.0
 
 
