@@ -140,7 +140,7 @@ ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_co
 sheets = []
 for i in range(2):
     mesh = ls.grid(size=(0.2, 0.2), cells=(9 + i, 9 + i)).moved((0.0, 0.0, 0.102 + 0.004 * i))
-    fall = np.tile((0.3, 0.0, -2.0), (len(mesh.vertices), 1))
+    fall = np.tile((0.3, 0.0, -3.0), (len(mesh.vertices), 1))
     sheets.append(ls.Cloth(name=f"sheet {i}", mesh=mesh, velocities=fall))
 box = ls.RigidBody(mesh=ls.meshes.box(size=(0.03, 0.03, 0.03)), density=300, position=(0, 0, 0.13))
 for response, steps in (("implicit", ls.SemiImplicitEuler(step=8e-3)),

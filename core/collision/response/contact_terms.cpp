@@ -19,6 +19,11 @@ constexpr double closing = 0.25;
 // Weight of the ratio of pulling to pushing normal forces in ContactError::relative(). Our choice:
 // with a weight of 1, steps are solved again more often, and cloth leaves surfaces no faster.
 constexpr double weight_of_pull = 0.5;
+// Weight of the ratio of excess friction to the friction limit in ContactError::relative(). Errors
+// of single contacts change their sign from step to step, but an excess in all contacts brakes the
+// whole cloth. Our choice: with a weight of 0, cloth slides over round bars in automatic steps as
+// if the friction coefficient were up to 1.5 times as large (docs/experiments/contacts.md).
+constexpr double weight_of_excess = 10.0;
 
 Mat3 tangent_projector(const Vec3& normal) {
   return Mat3::Identity() - normal * normal.transpose();
@@ -173,6 +178,22 @@ void set_forces(const Contact& contact, const ContactInputs& inputs, double stif
   term.hessian = law.share * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
 }
 
+// Error of the forces in one term; see ContactError.
+struct TermError {
+  double wrong = 0.0, excess = 0.0, limit = 0.0;  // of friction [N]
+  double normal = 0.0;                            // normal force, positive if it pushes [N]
+  bool closes = false;
+};
+
+void add_error(const TermError& term, ContactError& error) {
+  error.sums[ContactError::Wrong].add(term.wrong);
+  error.sums[ContactError::Excess].add(term.excess);
+  error.sums[ContactError::Limit].add(term.limit);
+  error.sums[ContactError::Pull].add(std::max(0.0, -term.normal));
+  error.sums[ContactError::Push].add(std::max(0.0, term.normal));
+  error.sums[ContactError::Closing].add(term.closes ? 1.0 : 0.0);
+}
+
 }  // namespace
 
 ContactTerms::ContactTerms(const Team& team, const CollisionModel& model,
@@ -250,23 +271,20 @@ double ContactTerms::at(const Team& team, const Points& displacement, double tim
   });
 }
 
-double ContactError::relative() const {
+double ContactError::relative(bool limit_excess) const {
   if (sums[Closing].value() > 0.0) return 1.0;
   const auto ratio = [&](int error, int of) {
     const double wrong = sums[error].value();
     return wrong > 0.0 ? wrong / std::max(sums[of].value(), 1e-300) : 0.0;
   };
-  return std::max(ratio(Wrong, Limit), weight_of_pull * ratio(Pull, Push));
+  const double excess = limit_excess ? weight_of_excess * ratio(Excess, Limit) : 0.0;
+  return std::max({ratio(Wrong, Limit), weight_of_pull * ratio(Pull, Push), excess});
 }
 
 ContactError ContactTerms::forces_after(const Team& team, const Points& displacement, double time,
                                         const Vector& inverse_mass, bool keep_normal,
                                         ExtraTerms& terms) const {
-  struct Sums {
-    double wrong = 0.0, limit = 0.0, normal = 0.0;
-    bool closes = false;
-  };
-  std::vector<Sums> sums(laws_.size());
+  std::vector<TermError> errors(laws_.size());
   parallel_for(
       team, static_cast<Index>(laws_.size()),
       [&](Index i) {
@@ -296,7 +314,9 @@ ContactError ContactTerms::forces_after(const Team& team, const Points& displace
         const Vec3 had = tangent * (term.gradient + term.hessian * moved);
         const double trial = k * (law.slip + slipped).norm(), size = slipped.norm();
         const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
-        sums[i] = {(had - due).norm(), limit, solved, closes};
+        const Vec3 error = had - due;
+        const double excess = size > 0.0 ? error.dot(slipped) / size : 0.0;
+        errors[i] = {error.norm(), excess, limit, solved, closes};
 
         // If friction was too large, the contact slips further once the excess is removed. `more`
         // is the predicted additional slip [m].
@@ -309,14 +329,8 @@ ContactError ContactTerms::forces_after(const Team& team, const Points& displace
       },
       128);
   ContactError error;
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (!laws_[i].counts) continue;
-    error.sums[ContactError::Wrong].add(sums[i].wrong);
-    error.sums[ContactError::Limit].add(sums[i].limit);
-    error.sums[ContactError::Pull].add(std::max(0.0, -sums[i].normal));
-    error.sums[ContactError::Push].add(std::max(0.0, sums[i].normal));
-    error.sums[ContactError::Closing].add(sums[i].closes ? 1.0 : 0.0);
-  }
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (laws_[i].counts) add_error(errors[i], error);
   return error;
 }
 

@@ -35,16 +35,18 @@ struct ContactLaw {
 // after a motion; see ContactTerms::forces_after(). Errors of several ranks can be added in any
 // order.
 struct ContactError {
-  enum { Wrong, Limit, Pull, Push, Closing, n_sums };
-  // Sums over contacts: error of friction [N], friction limit [N], normal forces that pull [N],
-  // normal forces that push [N], and number of contacts that would close (see `closing` in
+  enum { Wrong, Excess, Limit, Pull, Push, Closing, n_sums };
+  // Sums over contacts: magnitude of the error of friction [N], component of this error against the
+  // motion (negative if friction was too small) [N], friction limit [N], normal forces that pull
+  // [N], normal forces that push [N], and number of contacts that would close (see `closing` in
   // contact_terms.cpp).
   std::array<BinnedSum, n_sums> sums;
 
-  // Returns 1 if any contact would close. Otherwise returns the larger of two ratios [1]: the error
-  // of friction divided by the friction limit, and half the forces that pull divided by those that
-  // push. A ratio whose numerator is 0 counts as 0.
-  double relative() const;
+  // Returns 1 if any contact would close. Otherwise returns the largest of these ratios [1]: the
+  // error of friction divided by the friction limit, half the forces that pull divided by those
+  // that push and, with `limit_excess`, ten times the excess divided by the friction limit. A ratio
+  // whose numerator is not positive counts as 0.
+  double relative(bool limit_excess) const;
 };
 
 // Contact terms of one step, in the order of the contacts. They must be the first terms in the

@@ -1,5 +1,7 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 #include "core/collision/collision_stage.h"
 #include "core/collision/response/friction.h"
 #include "tests/collision/collision_scenes.h"
@@ -58,7 +60,8 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
       if (!again || terms.empty()) break;
       const Points moved = h * velocity.transpose().replicate(n, 1);
       const Vector inverse_mass = Vector::Constant(n, static_cast<double>(n) / mass);
-      if (made.forces_after(Team{1}, moved, h, inverse_mass, false, terms).relative() < 0.02) break;
+      if (made.forces_after(Team{1}, moved, h, inverse_mass, false, terms).relative(false) < 0.02)
+        break;
     }
     last_change.topRows(n).rowwise() = (velocity - before).transpose();
     Points x1 = x + h * v;
@@ -163,4 +166,21 @@ TEST_CASE("an anchor follows a vertex to a neighbouring face and ends with its c
   CHECK((anchored_slips(second, scene.model, state)[0] - Vec3(2e-5, 0, 0)).norm() < 1e-15);
   stage.update_anchors({}, {}, x1, x1, state);
   CHECK(state.anchors.empty());
+}
+
+TEST_CASE("friction that is too large on balance is an error of its own") {
+  ContactError error;
+  const auto add = [&](double excess) {
+    error.sums[ContactError::Wrong].add(std::abs(excess));
+    error.sums[ContactError::Excess].add(excess);
+    error.sums[ContactError::Limit].add(1.0);
+  };
+  // Errors of opposite signs cancel, and friction that is too small is no excess.
+  add(0.5), add(-0.75);
+  CHECK(error.relative(false) == 1.25 / 2.0);
+  CHECK(error.relative(true) == 1.25 / 2.0);
+  // The excess counts ten times.
+  add(0.75);
+  CHECK(error.relative(false) == 2.0 / 3.0);
+  CHECK(error.relative(true) == 10.0 * (0.5 / 3.0));
 }
