@@ -34,7 +34,8 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 // softens contacts that have pulled and, unless `keep_normal` is set, stiffens those whose gap
 // would shrink too much (see ContactTerms::forces_after()). On return, the terms are linearised
 // about the start of the step. Returns the relative error, over all ranks, of the forces that
-// `terms` had before the call [1], or 1 if a contact was stiffened on any rank. Collective.
+// `terms` had before the call (see ContactError::relative()) [1], or 1 if a contact was stiffened
+// on any rank. Collective.
 using ForcesAfter = std::function<double(const Points& displacement, double time, bool keep_normal,
                                          ExtraTerms& terms)>;
 

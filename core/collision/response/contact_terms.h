@@ -36,10 +36,10 @@ struct ContactLaw {
 // order.
 struct ContactError {
   enum { Wrong, Excess, Limit, Pull, Push, Closing, n_sums };
-  // Sums over contacts: magnitude of the error of friction [N], component of this error against the
-  // motion (negative if friction was too small) [N], friction limit [N], normal forces that pull
-  // [N], normal forces that push [N], and number of contacts that would close (see `closing` in
-  // contact_terms.cpp).
+  // Sums over contacts: magnitude of the error of friction [N], component of this error along
+  // the slip of the step (positive if friction took too much energy) [N], friction limit [N],
+  // normal forces that pull [N], normal forces that push [N], and number of contacts that would
+  // close (see `closing` in contact_terms.cpp).
   std::array<BinnedSum, n_sums> sums;
 
   // Returns 1 if any contact would close. Otherwise returns the largest of these ratios [1]: the

@@ -211,8 +211,8 @@ def test_newton_schemes_find_the_friction_of_a_landing(material, step):
 
 
 def towel_on_bar(integrator, radius, friction, stiffness):
-    """Returns how far [m] a towel slides in 0.4 s over a bar with a horizontal axis, if one of its
-    sides is six times as long as the other.
+    """Returns how far [m] the longer side of a towel sinks in 0.4 s. The towel slides over a bar
+    with a horizontal axis, and one of its sides is six times as long as the other.
     """
     width, length, edge, gap = 0.1, 0.7, 0.01, 2e-3
     r = radius + gap + edge**2 / (8 * radius) + 1e-5  # edges are chords, and must not touch the bar
@@ -247,8 +247,10 @@ def towel_on_bar(integrator, radius, friction, stiffness):
     end = along == along.max()
     start = sim.positions[end, 2].mean()
     while sim.time < 0.4:
+        before = sim.time, sim.positions[end, 2].mean()
         sim.step()
-    return start - sim.positions[end, 2].mean()
+    after = sim.time, sim.positions[end, 2].mean()
+    return start - np.interp(0.4, *zip(before, after, strict=True))
 
 
 @pytest.mark.parametrize(
@@ -259,6 +261,6 @@ def test_a_towel_slides_over_a_round_bar_in_long_steps(radius, friction, stiffne
     # A vertex that slides by d leaves a bar of the radius r by d^2 / 2 r. It then falls freely and
     # meets the bar again within a later step, whose contacts act only at its end. Contacts must
     # not create energy there, and their friction must not exceed Coulomb's law.
-    exact = towel_on_bar(ls.SemiImplicitEuler(step=1e-3), radius, friction, stiffness)
+    in_short_steps = towel_on_bar(ls.SemiImplicitEuler(step=1e-3), radius, friction, stiffness)
     way = towel_on_bar(ls.SemiImplicitEuler(), radius, friction, stiffness)
-    assert way == pytest.approx(exact, rel=error)
+    assert way == pytest.approx(in_short_steps, rel=error)
