@@ -184,3 +184,41 @@ TEST_CASE("friction that is too large on balance is an error of its own") {
   CHECK(error.relative(false) == 2.0 / 3.0);
   CHECK(error.relative(true) == 10.0 * (0.5 / 3.0));
 }
+
+TEST_CASE("friction has an excess if it takes more energy than Coulomb's law") {
+  const double thickness = 1e-3, h = 1e-3;
+  TestScene scene =
+      make_scene({{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 0.9 * thickness)),
+                   Kind::Cloth, thickness, 0.3},
+                  {floor_square(1.0, 3), Kind::Script, thickness, 0.3}});
+  const Index n = scene.model.surfaces[0].n_vertices;
+  const Points still = Points::Zero(scene.x.rows(), 3);
+  CollisionStage stage(scene.model);
+  const auto contacts = stage.proximity(Team{1}, scene.x, {});
+  // Returns the sum of a ContactError if the sheet is predicted to slide by `predicted` and slides
+  // by `done` [m] along x.
+  const auto error = [&](double predicted, double done, int sum) {
+    Points v = still;
+    v.topRows(n).col(0).setConstant(predicted / h);
+    ExtraTerms terms;
+    const ContactTerms made =
+        stage.terms({}, {scene.x, v, still, Points(0, 3), h, n, scene.inverse_mass, Points(0, 3)},
+                    contacts, {}, terms);
+    Points moved = Points::Zero(n, 3);
+    moved.col(0).setConstant(done);
+    return made.forces_after(Team{1}, moved, h, scene.inverse_mass, false, terms).sums[sum].value();
+  };
+  const double slid = 1e-3;  // far beyond the slip at which contacts begin to slide
+  const double limit = error(slid, slid, ContactError::Limit);
+  REQUIRE(limit > 0.0);
+  // The secant stiffness is proportional to 1 / predicted, so friction is the limit times
+  // done / predicted, in either direction.
+  for (const double sign : {1.0, -1.0}) {
+    const auto excess = [&](double predicted) {
+      return error(sign * predicted, sign * slid, ContactError::Excess) / limit;
+    };
+    CHECK(excess(slid) == Approx(0.0).margin(1e-9));
+    CHECK(excess(0.8 * slid) == Approx(0.25).epsilon(1e-3));
+    CHECK(excess(1.25 * slid) == Approx(-0.2).epsilon(1e-3));
+  }
+}
