@@ -32,8 +32,8 @@ namespace {
 // of Coulomb's law. With `most_solves` = 5, a light stiff sheet that slides on a floor stops in a
 // single step. With `force_tolerance` = 0.1, a sheet on an incline that is 6 % steeper than
 // friction can hold starts to slide half a second late. With `force_tolerance_again` = 0.5, a disc
-// that turns with a turntable creeps on it. With 0.1, the scene twist with 1,800
-// triangles takes five times as many iterations.
+// that turns with a turntable creeps on it. With 0.1, the scene twist with 1,800 triangles takes
+// five times as many iterations.
 constexpr double force_tolerance = 0.02, force_tolerance_again = 1.0;
 constexpr int most_solves = 12;
 // With contacts, the tolerance of the first solve is at least this value, because this solve only

@@ -145,10 +145,10 @@ double known_losses(const StepContext& part, const State& state) {
 }
 
 // Returns whether the energy that contacts create in the part is compared with the start of the
-// part, too, unless pins move (see gain_tolerance). Limit phases and untangling may release energy
-// that the account omits.
-bool judged_alone(const StepContext& part, const NearContacts& near, const Engines& engines) {
-  return part.automatic && near.tangle.empty() && !engines.at_limits();
+// part, too (see gain_tolerance). Limit phases (`limited`) and untangling may release energy that
+// the account omits.
+bool judged_alone(const StepContext& part, const NearContacts& near, bool pinned, bool limited) {
+  return part.automatic && !pinned && !limited && near.tangle.empty();
 }
 
 // Returns whether too much of the work that scripts did in the part has been lost other than by
@@ -278,7 +278,7 @@ PartResult check_energy(const StepContext& part, const Loads& loads, const NearC
       loses_work(part, {at_start, at_end, by_contacts, energy}, scale, engines, state))
     return {.longest = half};
   const double in_this_part = at_end - at_start + known_losses(part, state) - near.energy;
-  const bool alone = !pinned && !stores && judged_alone(part, near, engines);
+  const bool alone = judged_alone(part, near, pinned, stores || engines.at_limits());
   const double without_contacts = alone ? std::max(gain, in_this_part) : gain;
   if (by_contacts <= tolerated || without_contacts + energy <= tolerated) return {};
   const std::vector<double> energies =

@@ -58,11 +58,12 @@ void report_account(const Model& model, const State& state, StepReport& report);
 // thickness. The part is shortened if the energy of contacts has risen in it by more than is
 // tolerated, and if the sum of all energies, minus the work of scripts and loads, has also risen by
 // more than is tolerated. This second rise is the one since the account began. In automatic steps
-// in which no pin moves, it is also the one in the part, with the energy that friction, damping,
-// limits and certification have taken. In the shortened part, both are expected to be at most half
-// of the tolerated energy, unless the part has the shortest permitted length. The tolerated energy
-// is a fraction of the largest kinetic energy so far or of the energy of contacts at the start of
-// the part, whichever is larger, because scripted surfaces may compress cloth that is at rest.
+// in which no pin moves, nothing is untangled and no triangle is in a limit phase, it is also the
+// one in the part, with the energy that friction, damping, limits and certification have taken. In
+// the shortened part, both are expected to be at most half of the tolerated energy, unless the part
+// has the shortest permitted length. The tolerated energy is a fraction of the largest kinetic
+// energy so far or of the energy of contacts at the start of the part, whichever is larger, because
+// scripted surfaces may compress cloth that is at rest.
 //
 // With implicit Euler, a part is also halved if too much of the work that scripts did in it has
 // vanished. This check is omitted if limit phases may store the work, if StepContext::saves_work is
