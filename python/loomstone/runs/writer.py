@@ -20,7 +20,7 @@ from .._core import (
     FrameWriter,
     StepReport,
 )
-from ..pictures.directory import claim, drawn_with, is_whole, picture
+from ..pictures.directory import claim, drawn_with, is_whole, make_directory, picture
 from ..pictures.drawing import render_run
 from ..pictures.painter import Painter, needs_all_frames
 from ..pictures.renderer import Renderer
@@ -317,6 +317,8 @@ def _make_room(lock: DirectoryLock, options: RunOptions, metadata: str, overwrit
         ) from error
     lock.take()  # if the directory is new
     check_room(directory, overwrite)  # another process may have written into it before the lock
+    if options.render:
+        make_directory(directory / "frames")  # if this fails, the earlier run must still be there
     for name in leftovers(directory):
         path = directory / name
         shutil.rmtree(path) if path.is_dir() else path.unlink()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 
 import loomstone as ls
@@ -108,6 +109,17 @@ def test_a_run_is_not_overwritten_unless_asked(run, hanging, euler):
         sim.run(out=run, duration=0.04)
     sim.run(out=run, duration=0.04, overwrite=True)
     assert len(ls.Run(run)) == 2
+
+
+def test_a_run_is_not_removed_for_one_whose_pictures_have_no_room(run, hanging, euler):
+    shutil.rmtree(run / "frames", ignore_errors=True)
+    (run / "frames").write_text("a file of the user")
+    before = sorted(path.name for path in run.iterdir())
+    with pytest.raises(ls.CacheError, match="frames must be a directory that can be written"):
+        ls.Simulation(hanging, integrator=euler).run(
+            out=run, duration=0.04, render=SMALL, overwrite=True
+        )
+    assert sorted(path.name for path in run.iterdir()) == before
 
 
 @pytest.mark.parametrize("cut", [0, 1, 2])
