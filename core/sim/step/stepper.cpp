@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <optional>
-#include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/parallel/wait_policy.h"
 #include "core/sim/step/checks.h"
 #include "core/sim/step/energy_account.h"
@@ -47,13 +47,12 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     timer.reset();
     RankReport& of_ranks = outcome.report.ranks;
     of_ranks = summary_of(ranks, work_of_step(ranks, traffic_before, wall, of_ranks));
-  } catch (const SolverFailure& failure) {
+  } catch (const Error& error) {
     return_to_state(outcome.start, engines_, state);
     state.account = before;
-    std::ostringstream out;
-    out << "step " << outcome.report.step << " (from time " << state.time
-        << " s) failed: " << failure.what();
-    throw SolverFailure(out.str());
+    if (!dynamic_cast<const SolverFailure*>(&error)) throw;
+    fail<SolverFailure>("step {} (from time {:g} s) failed: {}", outcome.report.step, state.time,
+                        error.what());
   }
 }
 

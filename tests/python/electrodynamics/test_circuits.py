@@ -194,6 +194,27 @@ def test_moving_circuits_keep_momentum_and_balance_their_energy_with_second_orde
     )
 
 
+def test_a_step_in_which_two_loops_meet_fails_and_changes_nothing():
+    loop = M.loop(radius=0.03, turns=200)
+    meeting = {"times": [0.0, 0.002], "positions": [(0, 0, 0.01), (0, 0, 0)]}
+    scene = ls.Scene(
+        bodies=[ls.RigidBody(mesh=BOX, shape="box", density=1e3, position=(1, 0, 0))],
+        obstacles=[ls.Obstacle(name="a", mesh=BOX), ls.Obstacle(name="b", mesh=BOX, **meeting)],
+        coils=[
+            ls.Coil(body="a", source=loop, resistance=0.2, inductance=4e-3, voltages=[2.0]),
+            ls.Coil(body="b", source=loop, resistance=0.2, inductance=4e-3),
+        ],
+        collisions=False,
+    )
+    sim = simulation(scene, step=1e-3)
+    sim.step()
+    before, currents = sim.digest(), sim.currents.copy()
+    for _ in range(2):
+        with pytest.raises(ls.InvalidInput, match="thin wire with itself is infinite"):
+            sim.step()
+        assert sim.digest() == before and (sim.currents == currents).all()
+
+
 RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
