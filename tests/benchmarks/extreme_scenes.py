@@ -383,7 +383,7 @@ def pulled_over(friction: float = 0.0) -> ls.Scene:
 
 def clamped(polarization: float = 1.2) -> ls.Scene:
     """A hanging sheet between two disc magnets of 14 g, 18 mm apart, that attract each other. With
-    a polarization of 1.2 T, they meet at 3.9 m/s, and then hold the sheet.
+    a polarization of 1.2 T, each of them moves at 3.9 m/s when they meet; they then hold the sheet.
     """
     sheet = ls.grid(size=(0.2, 0.2), triangles=800).moved((0, 0, 0), rotation=UPRIGHT)
     sides = {"north": -0.012, "south": 0.012}

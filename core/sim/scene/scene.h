@@ -70,7 +70,8 @@ struct Cloth {
               "interpolated"),
         field("velocities", &C::velocities, "(n x 3) initial velocities [m/s]; by default at rest"),
         field("thickness", &C::thickness, "m", non_negative(),
-              "contact distance; 0: chosen from the mesh"),
+              "distance at which the cloth touches itself; two surfaces touch at the mean of their "
+              "thicknesses; 0: chosen from the mesh"),
         field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
         field("self_collision", &C::self_collision, "whether the cloth collides with itself"),
         field("strain_limit", &C::strain_limit,
@@ -104,7 +105,8 @@ struct Obstacle {
         field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
-              "contact distance; 0: the largest of the cloths, or 1 mm without cloth"),
+              "thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the "
+              "cloths, or 1 mm without cloth"),
         field("times", &O::times, "times of the keyframes [s], ascending; empty: at rest"),
         field("positions", &O::positions,
               "(times x 3) positions of the mesh's origin [m], linearly interpolated"),
