@@ -11,6 +11,7 @@ Quantities are in SI units, unless another unit is stated.
 0.04 s
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .base import interruption  # noqa: F401  # imported first, to catch Ctrl-C during the rest
@@ -22,7 +23,7 @@ from .base import waiting  # noqa: F401  # precedes the core, because it sets ho
 from .base import explained  # noqa: F401  # must precede modules that import functions of the core
 
 # isort: split
-from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks, viewer
+from . import collision, limits, magnetics, meshes, obstacles, pictures, ranks
 from ._core import (
     Air,
     Attachment,
@@ -54,8 +55,6 @@ from ._core import (
 )
 from .base import pickling  # noqa: F401
 from .base.cautions import SceneWarning
-from .fabrics.curve_fit import fit as fit_fabric
-from .garments import garment
 from .integrators import (
     BDF2,
     Asynchronous,
@@ -74,12 +73,24 @@ from .simulation import Simulation
 from .versions import show_versions
 
 if TYPE_CHECKING:
+    from . import garments, viewer
     from .base.registry import units
+    from .fabrics.curve_fit import fit as fit_fabric
     from .fabrics.room import FabricsRoom
+    from .garments import garment
 
     fabrics: FabricsRoom
-else:
-    from . import fabrics
+
+# Modules that load when they are first used, so that commands start quickly. For an object of a
+# module, its name in the module follows.
+_LATE = {
+    "fabrics": (".fabrics", ""),
+    "fit_fabric": (".fabrics.curve_fit", "fit"),
+    "garment": (".garments", "garment"),
+    "garments": (".garments", ""),
+    "units": (".base.registry", "units"),
+    "viewer": (".viewer", ""),
+}
 
 __all__ = [
     "BDF2",
@@ -147,9 +158,10 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    if name != "units":
+    if name not in _LATE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from .base.registry import units  # a late import, because Pint loads slowly
-
-    globals()["units"] = units
-    return units
+    path, inside = _LATE[name]
+    module = import_module(path, __name__)
+    found = getattr(module, inside) if inside else module
+    globals()[name] = found
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,9 +12,11 @@ from ..pictures.directory import drawn_with
 from ..runs.cache import Run
 from ..runs.parameters import given_parameters
 from ..runs.scene_file import SceneFile
-from ..viewer import Live, Player, live, play, write_html
 from .application import WrongCommand, app, command_line, session
 from .options import Parameters, Threads
+
+if TYPE_CHECKING:
+    from ..viewer import Live, Player
 
 
 @app.command()
@@ -43,6 +45,8 @@ def view(
         loomstone view scenes/drape.py -p triangles=3600
         loomstone view out/drape --html drape.html
     """
+    from ..viewer import live, play, write_html  # a late import, so that other commands start fast
+
     with session(parallel=False):
         if source.suffix == ".py":
             if html is not None:

@@ -3,6 +3,8 @@
 import ast
 import importlib
 import pkgutil
+import subprocess
+import sys
 import types
 from pathlib import Path
 
@@ -121,3 +123,11 @@ def test_fabrics_are_a_module_that_names_index():
     assert loomstone.fabrics is importlib.import_module("loomstone.fabrics")
     assert isinstance(loomstone.fabrics, types.ModuleType)
     assert loomstone.fabrics["silk"] == loomstone.fabrics.catalogue["silk"]
+
+
+def test_the_command_line_loads_only_what_every_command_needs():
+    late = [f"loomstone.{room}" for room in ("fabrics", "garments", "viewer")]
+    late += ["matplotlib", "pint", "rich", "scipy"]
+    code = f"import sys, loomstone.cli; print([name for name in {late} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout == "[]\n"
