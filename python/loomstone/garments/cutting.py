@@ -132,17 +132,25 @@ def _loop(panel: str, edges: Sequence[Edge], segments: Mapping[str, int]) -> Flo
 
 
 def _segments(pattern: Pattern, spacing: float) -> dict[str, int]:
+    """Returns the number of mesh edges on each edge of a panel, by the name "panel.edge"."""
+
     def least(edge: Edge) -> int:
         if edge.start == edge.end:
             return 6 if edge.kind == "circle" else max(3, len(edge.points) - 1)
         return 1 if edge.kind == "polyline" and len(edge.points) == 2 else 2
 
-    result = {
-        f"{panel.name}.{edge.name}": max(least(edge), round(edge.length / spacing))
-        for panel in pattern.panels
-        for loop in panel.loops
-        for edge in loop
-    }
+    partner = {seam.first: seam.second for seam in pattern.seams}
+    partner |= {seam.second: seam.first for seam in pattern.seams}
+    result = {}
+    for panel in pattern.panels:
+        for loop in panel.loops:
+            names = [f"{panel.name}.{edge.name}" for edge in loop]
+            for i, (name, edge) in enumerate(zip(names, loop, strict=True)):
+                # Sewing would close an opening between two unsewn edges with one mesh edge each.
+                before, after = names[i - 1], names[(i + 1) % len(names)]
+                between_seams = name not in partner and before in partner and after in partner
+                opening = 2 if between_seams and partner[before] != after else 1
+                result[name] = max(least(edge), opening, round(edge.length / spacing))
     for seam in pattern.seams:
         a, b = pattern.edge(seam.first), pattern.edge(seam.second)
         both = max(least(a), least(b), round((a.length + b.length) / 2 / spacing))

@@ -419,3 +419,16 @@ def test_a_mistake_is_one_clear_error(message):
     with pytest.raises(ls.InvalidInput) as error:
         MISTAKES[message]()
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize("triangles", [200, 300, 400])
+def test_sewing_keeps_narrow_openings(triangles):
+    outline = [(-0.02, 0), (0.02, 0), (0.1, 0.4), (-0.1, 0.4)]
+    names = ("cuff", "right", "top", "left")
+    front, back = (
+        g.Panel.polygon(name, outline, names=names, place=g.Cylinder(radius=0.06, angle_degrees=a))
+        for name, a in (("front", -90), ("back", 90))
+    )
+    seams = [("front.right", "back.left"), ("front.left", "back.right")]
+    tube = ls.garment([front, back], seams, triangles=triangles)
+    assert len(tube.openings()) == 2
