@@ -65,6 +65,19 @@ def test_a_sequence_moves_as_the_array_it_was_written_from(kind, tmp_path):
     assert shifted.times == pytest.approx(TIMES + 1.0, abs=1e-8)
 
 
+def test_a_sequence_keeps_the_uv_that_a_texture_needs(tmp_path):
+    flat = ls.grid(size=(1, 1), cells=(2, 2))
+    np.save(tmp_path / "flat.npy", [flat.vertices, flat.vertices + (0, 0, 0.1)])
+    for k in (1, 2):
+        ls.meshes.write(tmp_path / f"flat-{k}.obj", flat)
+    look = ls.Look(texture=np.zeros((4, 4, 3), np.uint8))
+    for source, more in (("flat.npy", {"mesh": flat}), ("flat-*.obj", {})):
+        read = ls.obstacles.sequence(tmp_path / source, rate=25.0, look=look, **more)
+        corners = read.mesh.uv[read.mesh.uv_triangles]
+        assert np.allclose(corners, flat.uv[flat.uv_triangles])
+        ls.Simulation(ls.Scene(obstacles=[read], cloths=[ls.Cloth(mesh=flat.moved((0, 0, 2)))]))
+
+
 def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     source, more = write("mdd", tmp_path)
     cloth = ls.Cloth(mesh=ls.grid(size=(0.05, 0.05), cells=(4, 4)).moved((0, 0, 0.103)))
