@@ -54,6 +54,11 @@ def export_run(
         imported(_PACKAGES[to], path)
     check_free(path, overwrite=overwrite)
     clip = clip_of(run, frames, every, progress)
+    if to == "usd":
+        from .usd_writer import texture_paths
+
+        for image in texture_paths(path, clip):
+            check_free(image, overwrite=overwrite)
     if to in _FILES:
         return [_write_file(path, clip, to)]
     return _write_directory(path, clip, to)

@@ -18,7 +18,7 @@ from .extras import imported
 from .motions import Motion
 from .surfaces import Bytes, Floats, Surface, png_bytes, vertex_normals
 
-__all__ = ["write_usd"]
+__all__ = ["texture_paths", "write_usd"]
 
 
 def write_usd(path: Path, clip: Clip) -> None:
@@ -152,13 +152,21 @@ def _material(stage: Any, surface: Surface, number: int, materials: str) -> Any:
     return material
 
 
+def texture_paths(path: Path, clip: Clip) -> list[Path]:
+    """Returns the paths of the images that are written beside the file `path`."""
+    return [_texture_path(path, each) for each in clip.surfaces if each.texture is not None]
+
+
+def _texture_path(path: Path, surface: Surface) -> Path:
+    return path.with_name(f"{path.name.rsplit('.', 1)[0]}-{surface.identifier}.png")
+
+
 def _texture(stage: Any, path: str, surface: Surface, pixels: Bytes) -> Any:
     """Writes an image to the stage's directory; returns the shader that reads it."""
     shade, sdf = imported("pxr.UsdShade", "usd"), imported("pxr.Sdf", "usd")
     types = sdf.ValueTypeNames
     final = Path(stage.GetRootLayer().realPath)
-    stem = final.name.removeprefix("unfinished-").rsplit(".", 1)[0]
-    image = final.with_name(f"{stem}-{surface.identifier}.png")
+    image = _texture_path(final.with_name(final.name.removeprefix("unfinished-")), surface)
     partial = image.with_name(f"unfinished-{image.name}")
     partial.write_bytes(png_bytes(pixels))
     partial.replace(image)
