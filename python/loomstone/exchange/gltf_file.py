@@ -6,6 +6,7 @@ import json
 import struct
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,12 @@ class GltfFile:
                 raise Unsupported(f"{path}: requires {name}, which is not supported; export it"
                                   " again without compression")  # fmt: skip
         self._buffers: dict[int, bytes] = {}
+        # Weights of morph targets of each node that has them, which pygltflib does not read.
+        self.weights: dict[int, Floats] = {
+            number: np.array(node["weights"], float)
+            for number, node in enumerate(_text(path).get("nodes", []))
+            if "weights" in node
+        }
 
     def item(self, kind: str, index: int | None, of: str) -> Any:
         """Returns item `index` of the list `kind`, such as "nodes"; raises InvalidInput if absent.
@@ -106,15 +113,26 @@ class GltfFile:
         if index not in self._buffers:
             uri = self.item("buffers", index, of).uri
             try:
-                found = (
-                    self.content.get_data_from_buffer_uri(uri)
-                    if uri
-                    else self.content.binary_blob()
-                )
+                if not uri:
+                    found = self.content.binary_blob()
+                elif uri.startswith("data:"):
+                    found = self.content.get_data_from_buffer_uri(uri)
+                else:
+                    found = (self.path.parent / unquote(uri)).read_bytes()
             except (OSError, ValueError) as error:
                 raise CacheError(f"{self.path}: its data cannot be read: {error}") from None
             self._buffers[index] = found or b""
         return self._buffers[index]
+
+
+def _text(path: Path) -> dict[str, Any]:
+    """Returns the JSON of a glTF file that can be read."""
+    with path.open("rb") as file:
+        head = file.read(20)  # of a binary file: its header, and that of the chunk of JSON
+        binary = head.startswith(b"glTF")
+        text = file.read(int.from_bytes(head[12:16], "little")) if binary else head + file.read()
+    content: dict[str, Any] = json.loads(text)
+    return content
 
 
 def attributes_of(item: Any) -> dict[str, int | None]:

@@ -73,7 +73,7 @@ class _Shape:
         mesh = file.item("meshes", node.mesh, f"node {number}")
         self.node, self.name = number, node.name or mesh.name or f"mesh {node.mesh}"
         self.path = f"{path}/{self.name}"
-        self.weights = np.array(mesh.weights or [], float)
+        self.weights = file.weights.get(number, np.array(mesh.weights or [], float))
         pieces = [_Piece(file, p, self.name, node.skin is not None) for p in mesh.primitives]
         self.corner_uv = np.concatenate(
             [

@@ -53,10 +53,9 @@ class Part:
 
 
 def sample_times(path: Path, length: float, rate: float) -> Floats:
-    """Returns times from 0 up to `length` [s] with `rate` samples per second.
+    """Returns times from 0 to `length` [s] with `rate` samples per second, and `length` itself.
 
-    If this gives only the time 0 and `length` is not 0, `length` is added. Raises InvalidInput if
-    `length` times `rate` exceeds 100,000.
+    Raises InvalidInput if `length` times `rate` exceeds 100,000.
     """
     if not length * rate <= _MOST:
         raise InvalidInput(
@@ -66,4 +65,4 @@ def sample_times(path: Path, length: float, rate: float) -> Floats:
     # Times in glTF files have single precision, so `length` can be slightly too short. A sample at
     # most 1e-3 of an interval after `length` is therefore included.
     times = np.arange(1 + int(np.floor(length * rate + 1e-3))) / rate
-    return times if len(times) > 1 or length == 0.0 else np.array([0.0, length])
+    return times if times[-1] > length - 1e-3 / rate else np.append(times, length)

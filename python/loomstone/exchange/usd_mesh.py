@@ -52,10 +52,14 @@ def mesh_part(
     """
     geometry = imported("pxr.UsdGeom", "usd")
     where = f"{path}: {mesh.GetPath()}"
-    indices = mesh.GetFaceVertexIndicesAttr()
+    indices, first = mesh.GetFaceVertexIndicesAttr(), float(codes[0])
+    counts, corners = _faces(where, mesh, first)
     if indices.GetNumTimeSamples() > 1:
-        raise InvalidInput(f"{where}: must keep its faces, but they change over time")
-    first = float(codes[0])
+        for code in map(float, codes[1:]):
+            if not all(map(np.array_equal, _faces(where, mesh, code), (counts, corners))):
+                raise InvalidInput(
+                    f"{where}: must keep its faces, but they change at time code {code:g}"
+                )
     points = _points(where, mesh, first)
     frames = [_moved(points, place(first))]
     for code in map(float, codes[1:]):
@@ -65,8 +69,6 @@ def mesh_part(
                 f"{where}: must keep its {len(points)} points, got {len(now)} at time code {code:g}"
             )
         frames.append(_moved(now, place(code)))
-    counts = array_of(where, mesh.GetFaceVertexCountsAttr(), first, int).ravel()
-    corners = array_of(where, indices, first, int).ravel()
     rows = _triangles(where, counts, corners, points)
     uv = np.full((len(corners), 2), np.nan)
     if with_uv:
@@ -83,6 +85,12 @@ def mesh_part(
         np.array(frames),
         np.concatenate([uv[mine] for mine in each]),
     )
+
+
+def _faces(where: str, mesh: Any, code: float) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Returns the number of corners of each face, and the points at the corners of all faces."""
+    counts = array_of(where, mesh.GetFaceVertexCountsAttr(), code, int).ravel()
+    return counts, array_of(where, mesh.GetFaceVertexIndicesAttr(), code, int).ravel()
 
 
 def _points(where: str, mesh: Any, code: float) -> Floats:

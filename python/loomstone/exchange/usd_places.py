@@ -73,15 +73,19 @@ class _Search:
     def _visible(self, root: Any) -> Iterator[Any]:
         """Yields the visible prims among `root` and its descendants, except those below instancers.
 
-        Leaves out guides and proxies. Also leaves out invisible prims and prototypes other than
-        `root`, in both cases with their descendants. An invisible prim above `root` has no effect.
+        Leaves out guides and proxies. Also leaves out prims that are invisible at all time codes,
+        and prototypes other than `root`, in both cases with their descendants. An invisible prim
+        above `root` has no effect.
         """
         usd, geometry = self._usd, self._geometry
         predicate = usd.PrimDefaultPredicate if root.IsPseudoRoot() else self._anywhere
         prims = iter(usd.PrimRange(root, usd.TraverseInstanceProxies(predicate)))
         for prim in prims:
             image = geometry.Imageable(prim)
-            hidden = image and image.GetVisibilityAttr().Get() == geometry.Tokens.invisible
+            hidden = image and all(
+                image.GetVisibilityAttr().Get(code) == geometry.Tokens.invisible
+                for code in self._codes
+            )
             elsewhere = prim != root and prim.GetPath() in self._prototypes
             if hidden or elsewhere or prim.IsA(geometry.PointInstancer):
                 prims.PruneChildren()
