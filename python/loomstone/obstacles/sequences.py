@@ -42,8 +42,8 @@ def sequence(
     source : a pattern of mesh files ("body-*.obj", ordered by the numbers in their names), a list
         of mesh files, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
         and optionally `times` [s]), .pc2 or .mdd
-    mesh : mesh that provides the triangles if `source` contains positions only, and the uv; default
-        for mesh files: that of the first file, with its uv if `look` has a texture
+    mesh : mesh with the triangles and uv, required if `source` contains positions only; default:
+        that of the first file, with uv if `look` has a texture
     rate : frames per second [1/s]; default: the times in the file (.npz with times, or .mdd)
     start : time of the first frame [s]; default: that of the file, or 0 if `rate` is given
     name : name in reports and files
@@ -68,8 +68,7 @@ def sequence(
             )
         frames, times, step = _read_cache(one)
     else:
-        with_uv = look is not None and look.texture is not None
-        mesh, frames = _read_meshes(_in_order(source), mesh, with_uv=with_uv)
+        mesh, frames = _read_meshes(_in_order(source), mesh, look)
         times, step = None, 1.0
     if frames.ndim != 3 or frames.shape[1:] != (mesh.n_vertices, 3) or len(frames) < 2:
         raise InvalidInput(
@@ -78,11 +77,8 @@ def sequence(
         )
     when = _moments(source, times, len(frames), rate, step, start)
     positions = np.ascontiguousarray(frames, float).reshape(-1, 3)
-    shape = TriangleMesh(
-        positions[: mesh.n_vertices], mesh.triangles, mesh.uv, uv_triangles=mesh.uv_triangles
-    )
     return Obstacle(
-        mesh=shape,
+        mesh=_with_vertices(mesh, positions[: mesh.n_vertices]),
         times=when,
         vertex_positions=positions,
         name=name,
@@ -90,6 +86,10 @@ def sequence(
         thickness=thickness,
         look=look,
     )
+
+
+def _with_vertices(mesh: TriangleMesh, vertices: Floats) -> TriangleMesh:
+    return TriangleMesh(vertices, mesh.triangles, mesh.uv, uv_triangles=mesh.uv_triangles)
 
 
 def _moments(
@@ -141,13 +141,14 @@ def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
 
 
 def _read_meshes(
-    paths: list[Path], mesh: TriangleMesh | None, *, with_uv: bool
+    paths: list[Path], mesh: TriangleMesh | None, look: Look | None
 ) -> tuple[TriangleMesh, Floats]:
     """Returns the mesh, and the vertices of each file (frames x n x 3) [m].
 
-    mesh : mesh whose triangles all files must have; None: that of the first file
-    with_uv : whether the mesh of the first file gets its uv
+    mesh : mesh whose triangles all files must have; None: that of the first file, with its uv if
+        `look` has a texture
     """
+    with_uv = look is not None and look.texture is not None
     frames = []
     for path in paths:
         read = meshes.read(path, with_uv=with_uv and mesh is None)

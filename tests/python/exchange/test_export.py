@@ -400,19 +400,6 @@ def test_gltf_contains_textures_and_looks(textured, tmp_path):
     assert ball.material.baseColorFactor.tolist() == [0, 255, 0, 255]
 
 
-def test_an_image_beside_a_usd_file_is_replaced_only_on_request(textured, tmp_path):
-    pytest.importorskip("pxr")
-    textured.export(tmp_path / "run.usda")
-    (image,) = tmp_path.glob("*.png")
-    (tmp_path / "run.usda").unlink()
-    image.write_text("mine")
-    with pytest.raises(ls.InvalidInput, match=rf"{image.name}: exists already"):
-        textured.export(tmp_path / "run.usda")
-    assert image.read_text() == "mine" and not (tmp_path / "run.usda").exists()
-    textured.export(tmp_path / "run.usda", overwrite=True)
-    assert image.read_bytes().startswith(b"\x89PNG")
-
-
 def test_usd_has_textures_in_files_beside_it(textured, tmp_path):
     pxr = pytest.importorskip("pxr.Usd")
     from PIL import Image

@@ -1,4 +1,4 @@
-"""Exported textures repeat only if their look has a width."""
+"""Exported textures: which of them repeat, and which files they replace."""
 
 import loomstone as ls
 import numpy as np
@@ -45,3 +45,16 @@ def test_gltf_repeats_only_textures_with_a_width(run, tmp_path):
         sampler = made.samplers[texture.sampler]
         wrap = pygltflib.REPEAT if "tiled" in material.name else pygltflib.CLAMP_TO_EDGE
         assert (sampler.wrapS, sampler.wrapT) == (wrap, wrap)
+
+
+def test_an_image_beside_a_usd_file_is_replaced_only_on_request(run, tmp_path):
+    pytest.importorskip("pxr")
+    run.export(tmp_path / "run.usda")
+    image = tmp_path / "run-tiled_cloth.png"
+    (tmp_path / "run.usda").unlink()
+    image.write_text("mine")
+    with pytest.raises(ls.InvalidInput, match=rf"{image.name}: exists already"):
+        run.export(tmp_path / "run.usda")
+    assert image.read_text() == "mine" and not (tmp_path / "run.usda").exists()
+    run.export(tmp_path / "run.usda", overwrite=True)
+    assert image.read_bytes().startswith(b"\x89PNG")
