@@ -45,7 +45,9 @@ template <class Member>
 bool loaded(const py::object& value, Member& member) {
   try {
     py::detail::make_caster<Member> caster;
-    if (!caster.load(value, true)) return false;
+    // Conversion would cut off the fraction of a Decimal or of a float of NumPy.
+    constexpr bool whole = std::is_integral_v<Member> && !std::is_same_v<Member, bool>;
+    if (!caster.load(value, !whole)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
   } catch (const py::reference_cast_error&) {  // the value is None and Member is a bound class

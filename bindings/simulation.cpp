@@ -247,7 +247,8 @@ void bind_positions(py::class_<S>& c) {
         self.set_obstacle_pose(obstacle, as_vector<Vec3>(position, {"position", "m"}),
                                as_vector<Vec4>(orientation, "orientation"));
       },
-      py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
+      py::arg("obstacle").noconvert(), py::arg("position"),
+      py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
       "Sets the pose that an obstacle reaches after the time step_size: position [m] and "
       "quaternion (w, x, y, z).\n"
       "The pose replaces the keyframes.");

@@ -321,7 +321,7 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   if (n == 0) throw InvalidInput("the scene must have obstacles to move one, but has none");
   if (obstacle < 0 || obstacle >= n)
     fail<InvalidInput>("obstacle must be in [0, {}], got {}", n - 1, obstacle);
-  if (!position.allFinite() || std::abs(orientation.norm() - 1.0) > 1e-6)
+  if (!position.allFinite() || !(std::abs(orientation.norm() - 1.0) <= 1e-6))
     throw InvalidInput(
         "an obstacle's pose must be a finite position [m] and a unit quaternion (w, x, y, z)");
   data_->state.pose_override[obstacle] = 1;

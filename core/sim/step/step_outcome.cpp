@@ -2,20 +2,30 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "core/parallel/shared_work.h"
 
 namespace loomstone {
 
-void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome) {
+StepOutcome begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome) {
+  StepOutcome previous;
+  previous.report = outcome.report;
+  previous.contact = outcome.contact;
+  previous.forced.swap(outcome.forced);
+  previous.broken.swap(outcome.broken);
   StepReport& report = outcome.report;
   report = StepReport{};
   report.step = step + 1;
   report.parts = 0;
   outcome.contact.assign(n_vertices, 0);
   outcome.path.clear();
-  outcome.forced.clear();
-  outcome.broken.clear();
+  return previous;
+}
+
+void end_failed(StepOutcome previous, StepOutcome& outcome) {
+  previous.start = std::move(outcome.start);
+  outcome = std::move(previous);
 }
 
 RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,

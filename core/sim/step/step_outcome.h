@@ -42,8 +42,12 @@ struct OutcomeMark {
   std::vector<std::uint8_t> contact;
 };
 
-// Clears the results of the previous step, except `start`. `step` is the number of completed steps.
-void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome);
+// Clears the results of the previous step, except `start`, and returns them. `step` is the number
+// of completed steps.
+StepOutcome begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome);
+// Restores the results of the previous step, which begin_outcome() returned, after a step that has
+// failed. `start` remains the state at the start of the failed step.
+void end_failed(StepOutcome previous, StepOutcome& outcome);
 
 inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, outcome.contact}; }
 

@@ -34,7 +34,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   begin_account(engines_, state);
   outcome.start = state;
   save_world(engines_, outcome.start);
-  begin_outcome(state.step, engines_.model.cloth.n_vertices, outcome);
+  StepOutcome last = begin_outcome(state.step, engines_.model.cloth.n_vertices, outcome);
   std::fill(engines_.busy.begin(), engines_.busy.end(), 0.0);
   engines_.team.threads = engines_.collision_team.threads = threads_.threads();
   threads_.start();
@@ -50,8 +50,9 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   } catch (const Error& error) {
     return_to_state(outcome.start, engines_, state);
     state.account = before;
+    end_failed(std::move(last), outcome);
     if (!dynamic_cast<const SolverFailure*>(&error)) throw;
-    fail<SolverFailure>("step {} (from time {:g} s) failed: {}", outcome.report.step, state.time,
+    fail<SolverFailure>("step {} (from time {:g} s) failed: {}", state.step + 1, state.time,
                         error.what());
   }
 }

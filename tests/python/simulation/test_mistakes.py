@@ -1,5 +1,7 @@
 """Mistakes of a user are reported in one clear sentence each."""
 
+import decimal
+import fractions
 import os
 
 import loomstone as ls
@@ -419,3 +421,33 @@ def test_mistakes_about_a_run_are_reported(loomstone, tmp_path):
 def test_a_scene_may_take_any_name(tmp_path):
     (tmp_path / "any.py").write_text("def scene(**given): return given")
     assert SceneFile.open(tmp_path / "any.py", {"zz": 3}).parameters == {"zz": 3}
+
+
+def test_a_pose_that_is_not_finite_is_refused(falling):
+    sim = ls.Simulation(falling, threads=1)
+    for orientation in ((float("nan"), 0, 0, 0), (1, 0, 0, float("inf"))):
+        with pytest.raises(ls.InvalidInput, match="a finite position"):
+            sim.set_obstacle_pose(0, (0, 0, 0), orientation)
+    sim.step()
+    assert np.isfinite(sim.frame().body_vertices).all()
+
+
+def test_a_step_that_fails_leaves_the_report_of_the_last_step(hanging):
+    sim = ls.Simulation(hanging, threads=1)
+    sim.step()
+    before = sim.report.numbers()
+    sim.external_forces = np.full_like(sim.positions, 1e160)
+    with pytest.raises(ls.SolverFailure, match="step 2"):
+        sim.step()
+    assert sim.report.numbers() == before and sim.step_index == 1
+
+
+@pytest.mark.parametrize(
+    "number", [np.float32(20.7), decimal.Decimal("20.7"), fractions.Fraction(7, 2), np.array(20.7)]
+)
+def test_whole_numbers_are_not_cut_from_fractions(number, falling):
+    with pytest.raises(TypeError):
+        ls.Scene(rigid_iterations=number)
+    with pytest.raises(TypeError):
+        ls.Simulation(falling, threads=1).set_obstacle_pose(number, (0, 0, 0))
+    assert ls.Scene(rigid_iterations=np.int32(20)).rigid_iterations == 20
