@@ -38,10 +38,10 @@ struct Camera {
             "fit", &C::fit,
             "whether cloth and bodies of all frames drawn together fill the picture, seen from the "
             "direction eye - target; without effect if there are times"),
-        field("turn", &C::turn, "1/s", unlimited(),
-              "degrees per second of simulated time by which the camera turns about the axis up "
-              "through target, or through the middle of the scene with fit; positive: "
-              "counter-clockwise seen from above"),
+        field("turn", &C::turn, "degrees/s", unlimited(),
+              "speed, in simulated time, at which the camera turns about the axis up through "
+              "target, or through the middle of the scene with fit; positive: counter-clockwise "
+              "seen from above"),
         field("times", &C::times, "times of keyframes of the camera [s], ascending; empty: none"),
         field("eyes", &C::eyes,
               "(times x 3) positions of the camera [m], on a smooth path through all of them"),

@@ -1,5 +1,6 @@
 #include "renderer/tubes.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -20,9 +21,10 @@ void check(const Curves& curves) {
   if (!curves.points.allFinite() || !(curves.radius > 0.0))
     throw InvalidInput("curves must have finite points and a radius > 0 [m]");
   if (curves.first.empty() || curves.first.front() != 0 ||
-      curves.first.back() != curves.points.rows() || curves.value.size() != curves.points.rows())
+      curves.first.back() != curves.points.rows() || !std::ranges::is_sorted(curves.first) ||
+      curves.value.size() != curves.points.rows())
     throw InvalidInput(
-        "curves.first must run from 0 to the number of points, with a value for each");
+        "curves.first must ascend from 0 to the number of points, with a value for each");
 }
 
 }  // namespace

@@ -1230,7 +1230,7 @@ class RigidBody:
     angular_velocity : angular velocity in world axes [rad/s]
     friction : friction coefficient [1]; >= 0; default 0.3
     restitution : coefficient of restitution [1]; in [0, 1]; default 0.0
-    thickness : contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+    thickness : thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
     look : Look: its colour and texture in pictures; None: the renderer's default
     """
 
@@ -1359,7 +1359,7 @@ class RigidBody:
     @property
     def thickness(self) -> float:
         """
-        contact distance to cloth; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+        thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1837,7 +1837,7 @@ class Cloth:
     script_times : times of the script [s], ascending; empty: pins at rest
     script_positions : (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
     velocities : (n x 3) initial velocities [m/s]; by default at rest
-    thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
+    thickness : distance at which the cloth touches itself; two surfaces touch at the mean of their thicknesses; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
     self_collision : whether the cloth collides with itself; default True
     strain_limit : StrainLimit: bounds on its strain; None: no bounds
@@ -1977,7 +1977,7 @@ class Cloth:
     @property
     def thickness(self) -> float:
         """
-        contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
+        distance at which the cloth touches itself; two surfaces touch at the mean of their thicknesses; 0: chosen from the mesh [m]; >= 0; default 0.0
         """
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1997,7 +1997,7 @@ class Obstacle:
     numbered : whether a scene appends a number to the name, as in sphere_2, if another surface has it; default False
     mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
-    thickness : contact distance; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+    thickness : thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
     times : times of the keyframes [s], ascending; empty: at rest
     positions : (times x 3) positions of the mesh's origin [m], linearly interpolated
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
@@ -2102,7 +2102,7 @@ class Obstacle:
     @property
     def thickness(self) -> float:
         """
-        contact distance; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+        thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
         """
     @property
     def times(self) -> list[float]:
@@ -3771,7 +3771,7 @@ class Camera:
     up : upward direction of the picture
     field_of_view_degrees : vertical field of view [degrees]; in [1, 170]; default 35.0
     fit : whether cloth and bodies of all frames drawn together fill the picture, seen from the direction eye - target; without effect if there are times; default True
-    turn : degrees per second of simulated time by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
+    turn : speed, in simulated time, at which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [degrees/s]; default 0.0
     times : times of keyframes of the camera [s], ascending; empty: none
     eyes : (times x 3) positions of the camera [m], on a smooth path through all of them
     targets : (times x 3) points at which the camera looks [m]; empty: target
@@ -3862,7 +3862,7 @@ class Camera:
     @property
     def turn(self) -> float:
         """
-        degrees per second of simulated time by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
+        speed, in simulated time, at which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [degrees/s]; default 0.0
         """
     @property
     def up(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -4359,10 +4359,7 @@ class Simulation:
         Restores the state from a checkpoint of the same scene.
         """
     def set_obstacle_pose(
-        self,
-        obstacle: typing.SupportsInt | typing.SupportsIndex,
-        position: typing.Any,
-        orientation: typing.Any = (1, 0, 0, 0),
+        self, obstacle: int, position: typing.Any, orientation: typing.Any = (1, 0, 0, 0)
     ) -> None:
         """
         Sets the pose that an obstacle reaches after the time step_size: position [m] and quaternion (w, x, y, z).

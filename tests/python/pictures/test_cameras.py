@@ -162,3 +162,18 @@ def test_a_wrong_camera_file_is_refused_in_one_sentence(run, tmp_path, text, sai
 
 def test_quiet_prints_nothing(run, tmp_path):
     assert render(run, "--frame", 0, "--quiet", "--out", tmp_path) == (0, "")
+
+
+def test_the_turn_of_a_camera_is_an_angle_per_time():
+    assert ls.Camera(turn=90).turn == 90.0
+    assert ls.Camera(turn=90 * ls.units["deg/s"]).turn == pytest.approx(90.0)
+    assert ls.Camera(turn=1 * ls.units["rpm"]).turn == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("first", [[0, -1, 4], [0, 3000, 4], [0, -(10**9), 4]])
+def test_curves_whose_points_do_not_follow_each_other_are_refused(hanging, first):
+    sim = ls.Simulation(hanging, threads=1)
+    renderer = ls.pictures.Renderer(sim.topology, ls.RenderOptions(width=64, height=48, samples=1))
+    curves = ls.pictures.Curves(np.eye(4, 3), first, np.zeros(4), 0.01)
+    with pytest.raises(ls.InvalidInput, match="must ascend from 0"):
+        renderer.render(sim.frame(), curves)
