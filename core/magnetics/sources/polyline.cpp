@@ -121,6 +121,9 @@ Polyline::Polyline(Points vertices, double current)
           "out",
           i, i + 1);
   radius_ = vertices_.rowwise().norm().maxCoeff();
+  const Eigen::Index last = vertices_.rows() - 1;
+  if (last > 1 && (vertices_.row(last) - vertices_.row(0)).norm() <= 1e-12 * radius_)
+    vertices_.row(last) = vertices_.row(0);
 }
 
 void Polyline::field_block(const double* points, Index n, Quantity, double* field) const {

@@ -10,7 +10,8 @@ namespace loomstone {
 class Polyline final : public Source {
  public:
   // `vertices` (n x 3) [m] are in order along the line. A positive current [A] flows from the first
-  // to the last. The line is closed if the last vertex equals the first. The field is infinite on
+  // to the last. The line is closed if the last vertex equals the first, or differs from it by at
+  // most 1e-12 times the source's radius; it is then moved to the first. The field is infinite on
   // the wire, so distances from the wire in denominators are at least 1e-15 times the source's
   // radius.
   Polyline(Points vertices, double current);

@@ -221,3 +221,12 @@ def test_bad_coils_and_bearings_are_refused():
     ):
         with pytest.raises(ls.Unsupported, match=message):
             ls.Simulation(ls.Scene(bodies=[box], **bad))
+
+
+def test_a_circle_that_rounding_errors_leave_open_is_closed():
+    angles = np.linspace(0.0, 2.0 * np.pi, 200)
+    M = ls.magnetics
+    circle = M.polyline(np.c_[0.02 * np.cos(angles), 0.02 * np.sin(angles), 0 * angles], current=1)
+    ball = M.sphere(radius=0.005, polarization=(0, 0, 1)).moved((0, 0, 0.05))
+    loop = M.force(on=ball, by=M.loop(radius=0.02, current=1.0)).force
+    assert M.force(on=ball, by=circle).force == pytest.approx(loop, rel=1e-3, abs=1e-12)
