@@ -18,6 +18,7 @@ import numpy as np
 
 from .._core import CacheError, Error, InvalidInput, Unsupported
 from ..base.cautions import SceneWarning
+from ..base.safe_path import python
 from .parts import Part
 from .surfaces import Floats
 
@@ -40,7 +41,7 @@ def read_usd_apart(
         result = Path(scratch) / "result.npz"
         order = json.dumps([str(path.absolute()), str(path), rate, moving, with_uv, str(result)])
         done = subprocess.run(
-            [sys.executable, "-c", _PROGRAM, order],
+            [*python(), "-c", _PROGRAM, order],
             capture_output=True,
             text=True,
             errors="replace",

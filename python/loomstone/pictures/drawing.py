@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from .._core import InvalidInput, RenderOptions
+from .._core import CacheError, InvalidInput, RenderOptions
 from ..base.arguments import takes
+from ..base.safe_path import safe_path
 from .cameras import fitted_camera
 from .directory import (
     claim,
@@ -164,18 +166,34 @@ def _draw_in_parallel(
     jobs: int,
     told: Callable[[int], None],
 ) -> None:
-    from multiprocessing import get_context  # a late import, because few commands need it
+    # Late imports, because few commands need them.
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
 
-    prepared = {"initializer": _prepare, "initargs": (run, settings)}
-    with get_context("spawn").Pool(jobs, **prepared) as pool:  # type: ignore[arg-type]
-        for _ in pool.imap_unordered(_draw, missing):
+    pool = ProcessPoolExecutor(
+        jobs, get_context("spawn"), initializer=_prepare, initargs=(run, settings)
+    )
+    try:
+        with safe_path():  # the pool starts processes as work is submitted
+            drawn = [pool.submit(_draw, part) for part in missing]
+        for one in as_completed(drawn):
+            one.result()
             told(1)
+    except BrokenProcessPool:
+        raise CacheError(
+            f"{missing[0][1].parent}: a process that draws pictures was ended, perhaps for lack of"
+            " memory; draw again, with fewer jobs if it happens again"
+        ) from None
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 _prepared: list[tuple[FramesOfRun, Painter]] = []  # the run and the painter of this worker process
 
 
 def _prepare(run: FramesOfRun, settings: str) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the process that started this one
     values, ranges = json.loads(settings)
     options = options_from_dict(values)
     renderer = Renderer(run.topology, options)

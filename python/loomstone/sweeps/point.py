@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ..base.safe_path import python
 from ..runs.checkpoints import checkpoint_files
 from ..runs.lock import DirectoryLock
 
@@ -52,7 +52,7 @@ def run_point(
         lock.take(wait=True)
         if finished(place):
             return 0
-        command = [sys.executable, "-m", "loomstone"]
+        command = [*python(), "-m", "loomstone"]
         if checkpoint_files(place):
             command += ["resume", directory, *options]
         else:  # a run that was killed before its first checkpoint begins again
