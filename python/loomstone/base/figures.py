@@ -45,3 +45,8 @@ def save_figure(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Pat
     except ValueError as error:
         raise CacheError(f"{target}: the plot cannot be written: {error}") from error
     return target
+
+
+def plain(text: str) -> str:
+    """Returns a text that Matplotlib shows as it is: dollar signs do not begin a formula."""
+    return text.replace("$", r"\$")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ __all__ = [
     "options_from_dict",
     "picture",
     "pictures_in",
+    "remove_pictures",
     "write_note",
 ]
 
@@ -50,7 +52,13 @@ def note_of(directory: Path) -> dict[str, Any]:
     try:
         found = json.loads((directory / "options.json").read_text())
         options_from_dict(found["options"])
-    except (OSError, ValueError, TypeError, KeyError):  # missing, damaged or of another version
+    except (
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        AttributeError,
+    ):  # missing, damaged or of another version
         return {}
     return found if isinstance(found, dict) else {}
 
@@ -75,6 +83,15 @@ def is_whole(path: Path) -> bool:
 def pictures_in(directory: Path) -> list[Path]:
     """Returns the paths of the pictures in a directory."""
     return list(directory.glob("frame-*.png"))
+
+
+def remove_pictures(directory: Path) -> None:
+    """Removes the pictures in a directory and their options, and the directory if it is empty."""
+    for path in list(directory.iterdir()):
+        if path.name == "options.json" or path.name.startswith(("frame-", "unfinished-")):
+            path.unlink()
+    with suppress(OSError):  # other files are kept
+        directory.rmdir()
 
 
 def drawn_with(directory: Path) -> RenderOptions | None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
-from ..base.figures import new_figure, save_figure
+from ..base.figures import new_figure, plain, save_figure
 
 __all__ = ["ParallelRun", "Replayed", "plot_parallel"]
 
@@ -125,7 +125,7 @@ def plot_parallel(
     _draw_communication(communication, groups)
     _draw_scaling(scaling, groups, alone, runs)
     if title:
-        figure.suptitle(title, fontsize="medium", wrap=True)
+        figure.suptitle(plain(title), fontsize="medium", wrap=True)
     return save_figure(figure, path, dpi=120)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._core import InvalidInput
 from ..base.arguments import takes
-from ..base.figures import new_figure, save_figure
+from ..base.figures import new_figure, plain, save_figure
 
 __all__ = ["KINDS", "ROUNDING", "plot_steps", "scale_of_gains"]
 
@@ -87,7 +87,7 @@ def plot_steps(
     axes = figure.add_subplot()
     _DRAW[kind](axes, steps)
     if title:
-        figure.suptitle(title, fontsize="medium", wrap=True)
+        figure.suptitle(plain(title), fontsize="medium", wrap=True)
     if not axes.lines and not axes.collections:
         axes.text(0.5, 0.5, "all values are 0", transform=axes.transAxes, ha="center")
     axes.set_xlabel("time [s]")

@@ -44,7 +44,7 @@ class Given:
         """
         try:
             value = ast.literal_eval(self.text)
-        except (ValueError, SyntaxError):
+        except (ValueError, SyntaxError, TypeError):  # TypeError: a set of lists
             value = self.text
         if (
             isinstance(value, float)
@@ -67,7 +67,7 @@ class Given:
         """The text as it stands or, if it is a Python string literal, the value of this literal."""
         try:
             value = ast.literal_eval(self.text)
-        except (ValueError, SyntaxError):
+        except (ValueError, SyntaxError, TypeError):  # TypeError: a set of lists
             return self.text
         return value if isinstance(value, str) else self.text
 

@@ -86,7 +86,7 @@ class SceneFile:
                 f" ls.meshes.read({path.name!r}), see `loomstone new`"
             )
         try:
-            source = path.read_text(encoding="utf-8")
+            source = path.read_text(encoding="utf-8-sig")
         except OSError as error:
             raise CacheError(f"{path}: scene file cannot be read: {error.strerror}") from error
         except UnicodeDecodeError as error:

@@ -20,7 +20,14 @@ from .._core import (
     FrameWriter,
     StepReport,
 )
-from ..pictures.directory import claim, drawn_with, is_whole, make_directory, picture
+from ..pictures.directory import (
+    claim,
+    drawn_with,
+    is_whole,
+    make_directory,
+    picture,
+    remove_pictures,
+)
 from ..pictures.drawing import render_run
 from ..pictures.painter import Painter, needs_all_frames
 from ..pictures.renderer import Renderer
@@ -262,6 +269,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
     """
     extension(directory)  # raises an error if it is damaged
     _check_rate(directory, options.rate)
+    _check_frames(directory, options.rate, following)
     if not options.render:
         return None
     begun = Run(directory)
@@ -298,7 +306,8 @@ def check_room(directory: Path, overwrite: bool) -> None:
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise CacheError(
             f"{directory} must be empty or absent, but contains {others[0]}{more}, which no run has"
-            " written; give another directory, or overwrite, which keeps such files"
+            " written; give another directory, or overwrite, which keeps"
+            " all files but those with the names of a run's own"
         )
 
 
@@ -365,8 +374,21 @@ def _check_rate(directory: Path, rate: float) -> None:
         )
 
 
+def _check_frames(directory: Path, rate: float, following: int) -> None:
+    """Raises CacheError if stored frames before the frame `following` are missing at the end."""
+    with Run(directory) as begun:
+        kept = begun.times[begun.times < (following - 0.5) / rate]
+    last = (following - 1) / rate
+    if len(kept) and kept[-1] < last - 0.5 / rate:
+        raise CacheError(
+            f"{directory}: must have frames up to {last:g} s, from which the run continues, but"
+            f" ends at {kept[-1]:g} s; copy run.vtkhdf and bodies.vtkhdf again, or run the scene"
+            " again"
+        )
+
+
 def _remove_run(directory: Path) -> None:
-    """Removes the files of an earlier run, and its directory frames/ unless that is a link."""
+    """Removes the files of an earlier run, and its pictures unless their directory is a link."""
     for name in (
         "bodies.vtkhdf",
         *PARTS,
@@ -388,7 +410,7 @@ def _remove_run(directory: Path) -> None:
     for path in motion_files(directory):
         path.unlink()
     if (directory / "frames").is_dir() and not (directory / "frames").is_symlink():
-        shutil.rmtree(directory / "frames")
+        remove_pictures(directory / "frames")
     _remove_continuations(directory)
     (directory / "run.vtkhdf").unlink()  # last, so that a removal that was interrupted is repeated
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .._core import CacheError, InvalidInput
-from ..base.figures import new_figure, save_figure
+from ..base.figures import new_figure, plain, save_figure
 from ..runs.steps import names_of_summary
 from .plan import Point
 from .point import finished
@@ -27,15 +27,19 @@ def write_table(points: Sequence[Point], path: Path) -> list[dict[str, Any]]:
     """Writes a table (CSV) with one row per finished run; returns its rows.
 
     The columns are the name of the run's directory, the parameters, and the figures of report.json.
+    If a parameter is named "run", the first column is "report.run".
+
     Raises CacheError if the file cannot be written.
     """
-    rows = []
+    rows, first = [], "run"
+    if any(first in point.parameters for point in points):
+        first = "report.run"
     for point in points:
         report = finished(point.directory)
         if report is not None:
             kept = {name: _cell(value) for name, value in point.parameters.items()}
-            rows.append({"run": point.name, **kept, **_flat(report, kept)})
-    columns = list(dict.fromkeys(name for row in rows for name in row)) or ["run"]
+            rows.append({first: point.name, **kept, **_flat(report, kept)})
+    columns = list(dict.fromkeys(name for row in rows for name in row)) or [first]
     temporary = path.with_suffix(".new")
     try:
         with temporary.open("w", newline="") as file:
@@ -132,7 +136,7 @@ def _draw(
             series.setdefault(label, []).append((row[across], row[name]))
     for label, found in series.items():
         x, y = zip(*sorted(found), strict=True)
-        axes.plot(x, y, "o-", label=label or None, markersize=3)
+        axes.plot(x, y, "o-", label=plain(label) or None, markersize=3)
     axes.set_xlabel(across)
     axes.set_ylabel(name)
     axes.grid(alpha=0.3)

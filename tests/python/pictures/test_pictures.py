@@ -185,9 +185,10 @@ def test_a_video_of_unknown_origin_is_not_replaced(copied, tmp_path):
 
 
 def test_pictures_of_unknown_origin_are_not_touched(copied):
-    (copied / "frames" / "options.json").write_text("{")
-    code, said = render(copied)
-    assert code == 1 and "no options.json" in said and len(pictures(copied / "frames")) == 5
+    for wrong in ("{", "[]", '{"options": []}', '{"options": {"camera": []}, "run": ""}'):
+        (copied / "frames" / "options.json").write_text(wrong)
+        code, said = render(copied)
+        assert code == 1 and "no options.json" in said and len(pictures(copied / "frames")) == 5
     (copied / "frames" / "options.json").write_text(
         json.dumps({"options": FIT.to_dict(), "run": "another"})
     )
