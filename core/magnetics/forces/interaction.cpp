@@ -106,14 +106,28 @@ int dimensions(const Source& source) {
   return 1;
 }
 
+// Returns whether `coil` is a solenoid wound on the curved surface of `magnet`, a cylinder or ring.
+bool wound_on(const Source& coil, const Source& magnet) {
+  const std::optional<CircularWinding> winding = coil.winding();
+  const std::optional<UniformCylinder> cylinder = magnet.uniform_cylinder();
+  if (!winding || !cylinder || winding->length == 0.0) return false;
+  const auto equal = [&](double radius) {
+    return std::abs(winding->radius - radius) <= 1e-9 * winding->radius;
+  };
+  return equal(cylinder->radius) || equal(cylinder->inner_radius);
+}
+
 // Returns whether to integrate over `a`. The integral is over the body with fewer dimensions(). If
-// the dimensions are equal, it is over a cylinder rather than a cuboid, because the faces of the
-// cuboid can cut the discs of the cylinder (cut_panels.h), or otherwise over the body with the
-// smaller radius. Positions decide between bodies of equal radius, so the choice does not depend on
-// the order of the bodies.
+// the dimensions are equal, it is over a solenoid that is wound on the other body, because its
+// field jumps where the charges of that body lie. Otherwise, it is over a cylinder rather than a
+// cuboid, because the faces of the cuboid can cut the discs of the cylinder (cut_panels.h), or over
+// the body with the smaller radius. Positions decide between bodies of equal radius, so the choice
+// does not depend on the order of the bodies.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
+  if (wound_on(*a.source, *b.source)) return true;
+  if (wound_on(*b.source, *a.source)) return false;
   if (a.source->uniform_cylinder() && b.source->uniform_cuboid()) return true;
   if (a.source->uniform_cuboid() && b.source->uniform_cylinder()) return false;
   const double ra = a.source->radius(), rb = b.source->radius();

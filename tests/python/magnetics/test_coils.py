@@ -230,3 +230,15 @@ def test_a_circle_that_rounding_errors_leave_open_is_closed():
     ball = M.sphere(radius=0.005, polarization=(0, 0, 1)).moved((0, 0, 0.05))
     loop = M.force(on=ball, by=M.loop(radius=0.02, current=1.0)).force
     assert M.force(on=ball, by=circle).force == pytest.approx(loop, rel=1e-3, abs=1e-12)
+
+
+@pytest.mark.parametrize("length", [0.5, 1.0, 1.5])
+def test_the_torque_on_a_coil_wound_on_a_magnet_is_the_limit_of_wider_coils(length):
+    M, radius = ls.magnetics, 0.01
+    magnet = M.cylinder(radius=radius, height=radius, polarization=(1, 0, 0))
+    on, wider = (
+        M.solenoid(radius=radius * k, length=length * radius, turns=100) for k in (1.0, 1.0 + 1e-7)
+    )
+    limit = M.force(on=wider, by=magnet).torque
+    assert M.force(on=on, by=magnet).torque == pytest.approx(limit, rel=1e-3, abs=1e-8)
+    assert -M.force(on=magnet, by=on).torque == pytest.approx(limit, rel=1e-3, abs=1e-8)
