@@ -40,6 +40,16 @@ inline std::string shown(const py::handle& value) {
   return py::object(py::repr(value)[py::slice(0, 200, 1)]).cast<std::string>();
 }
 
+// Returns whether all elements of a list are whole numbers or truth values.
+inline bool all_whole(const py::object& list) {
+  for (const py::handle each : list) {
+    const py::object index = py::reinterpret_steal<py::object>(PyNumber_Index(each.ptr()));
+    if (!index) PyErr_Clear();
+    if (!index && type_name(each).rfind("bool", 0) != 0) return false;
+  }
+  return true;
+}
+
 // Converts a value and assigns it to `member`. Returns false if it cannot be converted.
 template <class Member>
 bool loaded(const py::object& value, Member& member) {
@@ -48,6 +58,8 @@ bool loaded(const py::object& value, Member& member) {
     // Conversion would cut off the fraction of a Decimal or of a float of NumPy.
     constexpr bool whole = std::is_integral_v<Member> && !std::is_same_v<Member, bool>;
     if (!caster.load(value, !whole)) return false;
+    if constexpr (ListOf<Member>::value)
+      if (std::is_integral_v<typename ListOf<Member>::Element> && !all_whole(value)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
   } catch (const py::reference_cast_error&) {  // the value is None and Member is a bound class

@@ -64,8 +64,7 @@ struct RigidBody {
         field("restitution", &RigidBody::restitution, "1", between(0.0, 1.0),
               "coefficient of restitution"),
         field("thickness", &RigidBody::thickness, "m", non_negative(),
-              "thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest "
-              "of the "
+              "thickness; cloth touches it at the mean of both thicknesses; 0: the largest of the "
               "cloths, or 1 mm without cloth"),
         field("look", &RigidBody::look,
               "Look: its colour and texture in pictures; None: the renderer's default"));

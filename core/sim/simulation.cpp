@@ -179,11 +179,17 @@ Simulation::~Simulation() = default;
 void Simulation::step() {
   Data& d = *data_;
   const Stepping alone(d.stepping);
+  const bool measured = d.measured;
   d.measured = false;
   together(*d.communicator, [&] { d.writes.check(d.model, d.state); });
   d.settle();
   together(*d.communicator, [&] {
-    d.stepper->advance(d.state, d.outcome);
+    try {
+      d.stepper->advance(d.state, d.outcome);
+    } catch (...) {
+      d.measured = measured;
+      throw;
+    }
     d.measure_together();
   });
   d.writes.remember(d.state);

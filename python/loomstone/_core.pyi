@@ -1230,7 +1230,7 @@ class RigidBody:
     angular_velocity : angular velocity in world axes [rad/s]
     friction : friction coefficient [1]; >= 0; default 0.3
     restitution : coefficient of restitution [1]; in [0, 1]; default 0.0
-    thickness : thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+    thickness : thickness; cloth touches it at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
     look : Look: its colour and texture in pictures; None: the renderer's default
     """
 
@@ -1359,7 +1359,7 @@ class RigidBody:
     @property
     def thickness(self) -> float:
         """
-        thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+        thickness; cloth touches it at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1997,7 +1997,7 @@ class Obstacle:
     numbered : whether a scene appends a number to the name, as in sphere_2, if another surface has it; default False
     mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
-    thickness : thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+    thickness : thickness; cloth touches it at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
     times : times of the keyframes [s], ascending; empty: at rest
     positions : (times x 3) positions of the mesh's origin [m], linearly interpolated
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
@@ -2102,7 +2102,7 @@ class Obstacle:
     @property
     def thickness(self) -> float:
         """
-        thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
+        thickness; cloth touches it at the mean of both thicknesses; 0: the largest of the cloths, or 1 mm without cloth [m]; >= 0; default 0.0
         """
     @property
     def times(self) -> list[float]:

@@ -114,16 +114,16 @@ Polyline::Polyline(Points vertices, double current)
   if (vertices_.rows() < 2)
     fail<InvalidInput>("vertices must be at least two points, got {}", vertices_.rows());
   if (!std::isfinite(current)) fail<InvalidInput>("current must be finite [A], got {}", current);
-  for (Eigen::Index i = 0; i + 1 < vertices_.rows(); ++i)
+  radius_ = vertices_.rowwise().norm().maxCoeff();
+  const Eigen::Index last = vertices_.rows() - 1;
+  if (last > 1 && (vertices_.row(last) - vertices_.row(0)).norm() <= 1e-12 * radius_)
+    vertices_.row(last) = vertices_.row(0);
+  for (Eigen::Index i = 0; i < last; ++i)
     if (vertices_.row(i) == vertices_.row(i + 1))
       fail<InvalidInput>(
           "vertices must differ from one to the next, but rows {} and {} are the same; leave one "
           "out",
           i, i + 1);
-  radius_ = vertices_.rowwise().norm().maxCoeff();
-  const Eigen::Index last = vertices_.rows() - 1;
-  if (last > 1 && (vertices_.row(last) - vertices_.row(0)).norm() <= 1e-12 * radius_)
-    vertices_.row(last) = vertices_.row(0);
 }
 
 void Polyline::field_block(const double* points, Index n, Quantity, double* field) const {

@@ -105,8 +105,7 @@ struct Obstacle {
         field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
-              "thickness in contacts with cloth, at the mean of both thicknesses; 0: the largest "
-              "of the "
+              "thickness; cloth touches it at the mean of both thicknesses; 0: the largest of the "
               "cloths, or 1 mm without cloth"),
         field("times", &O::times, "times of the keyframes [s], ascending; empty: at rest"),
         field("positions", &O::positions,

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 __all__ = ["python", "safe_path"]
 
 _VARIABLE = "PYTHONSAFEPATH"
+_lock = threading.Lock()  # one thread at a time changes the environment
 
 
 def python() -> list[str]:
@@ -23,13 +25,13 @@ def python() -> list[str]:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Applies to the processes of Python that start in the `with` block."""
-    before = os.environ.get(_VARIABLE)
-    os.environ[_VARIABLE] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[_VARIABLE]
-        else:
-            os.environ[_VARIABLE] = before
+    """Applies to the processes of Python that start in the `with` block. Other threads wait."""
+    with _lock:
+        before = os.environ.get(_VARIABLE)
+        os.environ[_VARIABLE] = "1"
+        try:
+            yield
+        finally:
+            os.environ.pop(_VARIABLE)
+            if before is not None:
+                os.environ[_VARIABLE] = before

@@ -12,6 +12,7 @@ from .clip import Clip, FramesOfRun, clip_of
 from .extras import imported
 from .file_sequences import write_meshes, write_point_caches
 from .selection import selected
+from .surfaces import surfaces_of
 from .targets import check_free, remove_sequences, unfinished, unfinished_directory
 
 __all__ = ["FORMATS", "Format", "export_run", "format_of"]
@@ -53,12 +54,13 @@ def export_run(
     if to in _PACKAGES:
         imported(_PACKAGES[to], path)
     check_free(path, overwrite=overwrite)
-    clip = clip_of(run, frames, every, progress)
     if to == "usd":
-        from .usd_writer import texture_paths
+        from .usd_writer import images
 
-        for image in texture_paths(path, clip):
-            check_free(image, overwrite=overwrite)
+        for image, content in images(path, surfaces_of(run.topology)):
+            same = image.is_file() and image.read_bytes() == content
+            check_free(image, overwrite=overwrite or same)
+    clip = clip_of(run, frames, every, progress)
     if to in _FILES:
         return [_write_file(path, clip, to)]
     return _write_directory(path, clip, to)

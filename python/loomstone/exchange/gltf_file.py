@@ -118,7 +118,9 @@ class GltfFile:
                 elif uri.startswith("data:"):
                     found = self.content.get_data_from_buffer_uri(uri)
                 else:
-                    found = (self.path.parent / unquote(uri)).read_bytes()
+                    given = self.path.parent / uri  # some programs do not encode names
+                    decoded = self.path.parent / unquote(uri)
+                    found = (given if given.is_file() else decoded).read_bytes()
             except (OSError, ValueError) as error:
                 raise CacheError(f"{self.path}: its data cannot be read: {error}") from None
             self._buffers[index] = found or b""

@@ -53,9 +53,10 @@ class Part:
 
 
 def sample_times(path: Path, length: float, rate: float) -> Floats:
-    """Returns times from 0 to `length` [s] with `rate` samples per second, and `length` itself.
+    """Returns times from 0 to `length` [s] with `rate` samples per second, and then `length`.
 
-    Raises InvalidInput if `length` times `rate` exceeds 100,000.
+    If the last of these times differs from `length` by at most 1e-3 of an interval, `length` is
+    left out. Raises InvalidInput if `length` times `rate` exceeds 100,000.
     """
     if not length * rate <= _MOST:
         raise InvalidInput(
@@ -65,4 +66,5 @@ def sample_times(path: Path, length: float, rate: float) -> Floats:
     # Times in glTF files have single precision, so `length` can be slightly too short. A sample at
     # most 1e-3 of an interval after `length` is therefore included.
     times = np.arange(1 + int(np.floor(length * rate + 1e-3))) / rate
-    return times if times[-1] > length - 1e-3 / rate else np.append(times, length)
+    ends = length == 0.0 or (len(times) > 1 and times[-1] > length - 1e-3 / rate)
+    return times if ends else np.append(times, length)

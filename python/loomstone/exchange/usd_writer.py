@@ -6,7 +6,7 @@ timeCodesPerSecond is the rate of the run. The textures are PNG files in the sta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from .extras import imported
 from .motions import Motion
 from .surfaces import Bytes, Floats, Surface, png_bytes, vertex_normals
 
-__all__ = ["texture_paths", "write_usd"]
+__all__ = ["images", "write_usd"]
 
 
 def write_usd(path: Path, clip: Clip) -> None:
@@ -152,9 +152,11 @@ def _material(stage: Any, surface: Surface, number: int, materials: str) -> Any:
     return material
 
 
-def texture_paths(path: Path, clip: Clip) -> list[Path]:
-    """Returns the paths of the images that are written beside the file `path`."""
-    return [_texture_path(path, each) for each in clip.surfaces if each.texture is not None]
+def images(path: Path, surfaces: Iterable[Surface]) -> Iterator[tuple[Path, bytes]]:
+    """Yields the paths and contents of the images that are written beside the file `path`."""
+    for each in surfaces:
+        if each.texture is not None:
+            yield _texture_path(path, each), png_bytes(each.texture)
 
 
 def _texture_path(path: Path, surface: Surface) -> Path:

@@ -87,9 +87,10 @@ def pictures_in(directory: Path) -> list[Path]:
 
 def remove_pictures(directory: Path) -> None:
     """Removes the pictures in a directory and their options, and the directory if it is empty."""
-    for path in list(directory.iterdir()):
-        if path.name == "options.json" or path.name.startswith(("frame-", "unfinished-")):
-            path.unlink()
+    for pattern in ("frame-[0-9]*.png", "unfinished-frame-[0-9]*.png", "*options.json"):
+        for path in directory.glob(pattern):
+            if path.is_file():
+                path.unlink()
     with suppress(OSError):  # other files are kept
         directory.rmdir()
 

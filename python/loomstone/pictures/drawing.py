@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -169,37 +170,59 @@ def _draw_in_parallel(
     # Late imports, because few commands need them.
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
+    from multiprocessing import active_children, get_context
 
-    pool = ProcessPoolExecutor(
-        jobs, get_context("spawn"), initializer=_prepare, initargs=(run, settings)
-    )
+    others = active_children()
+    with safe_path():  # all processes start here
+        pool = ProcessPoolExecutor(
+            jobs, get_context("spawn"), initializer=_prepare, initargs=(run, settings)
+        )
+        drawn = [pool.submit(_draw, part) for part in missing]
     try:
-        with safe_path():  # the pool starts processes as work is submitted
-            drawn = [pool.submit(_draw, part) for part in missing]
         for one in as_completed(drawn):
             one.result()
             told(1)
-    except BrokenProcessPool:
-        raise CacheError(
-            f"{missing[0][1].parent}: a process that draws pictures was ended, perhaps for lack of"
-            " memory; draw again, with fewer jobs if it happens again"
-        ) from None
+    except BaseException as error:
+        for process in set(active_children()) - set(others):
+            process.terminate()
+        if isinstance(error, BrokenProcessPool):
+            raise CacheError(
+                f"{missing[0][1].parent}: a process that draws pictures was ended, perhaps for"
+                " lack of memory; draw again, with fewer jobs if it happens again"
+            ) from None
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-_prepared: list[tuple[FramesOfRun, Painter]] = []  # the run and the painter of this worker process
+# The run and the painter of this worker process, or the error that prevented them.
+_prepared: list[tuple[FramesOfRun, Painter] | Exception] = []
 
 
 def _prepare(run: FramesOfRun, settings: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the process that started this one
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     values, ranges = json.loads(settings)
     options = options_from_dict(values)
-    renderer = Renderer(run.topology, options)
-    _prepared[:] = [(run, painter_of(run, renderer, options, ranges))]
+    try:
+        renderer = Renderer(run.topology, options)
+        _prepared[:] = [(run, painter_of(run, renderer, options, ranges))]
+    except Exception as error:
+        _prepared[:] = [error]
+
+
+def _end_with_parent() -> None:
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _draw(part: tuple[int, Path]) -> None:
-    (run, painter), (index, path) = _prepared[0], part
+    (prepared,), (index, path) = _prepared, part
+    if isinstance(prepared, Exception):
+        raise prepared
+    run, painter = prepared
     painter.draw(path, run[index])

@@ -242,7 +242,7 @@ def open_writer(
     first = None
     wall_time = WallTime(directory, resumed=metadata is None)
     if metadata is None:
-        first = _reopen(directory, options, following)
+        first = _reopen(directory, options, following, simulation.step_size)
         if following < frame_count(options.duration, options.rate):
             wall_time.keep()  # the report, which also contains the wall time, is removed next
             (directory / "report.json").unlink(missing_ok=True)
@@ -260,16 +260,17 @@ def open_writer(
     return writer
 
 
-def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
+def _reopen(directory: Path, options: RunOptions, following: int, step: float) -> Frame | None:
     """Checks that a run can be continued. If pictures are drawn, reserves their directory.
 
     following : index of the first frame that the continued run writes
+    step : largest step [s]
 
     Returns the first frame of the run, or None if no pictures are drawn or no frame is kept.
     """
     extension(directory)  # raises an error if it is damaged
     _check_rate(directory, options.rate)
-    _check_frames(directory, options.rate, following)
+    _check_frames(directory, options.rate, following, step)
     if not options.render:
         return None
     begun = Run(directory)
@@ -306,8 +307,8 @@ def check_room(directory: Path, overwrite: bool) -> None:
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise CacheError(
             f"{directory} must be empty or absent, but contains {others[0]}{more}, which no run has"
-            " written; give another directory, or overwrite, which keeps"
-            " all files but those with the names of a run's own"
+            " written; give another directory, or overwrite, which"
+            " replaces only files that have the names of files of a run"
         )
 
 
@@ -374,12 +375,15 @@ def _check_rate(directory: Path, rate: float) -> None:
         )
 
 
-def _check_frames(directory: Path, rate: float, following: int) -> None:
-    """Raises CacheError if stored frames before the frame `following` are missing at the end."""
+def _check_frames(directory: Path, rate: float, following: int, step: float) -> None:
+    """Raises CacheError if stored frames before the frame `following` are missing at the end.
+
+    The last step of a run may pass its last frame, so frames within `step` [s] may be missing.
+    """
     with Run(directory) as begun:
         kept = begun.times[begun.times < (following - 0.5) / rate]
     last = (following - 1) / rate
-    if len(kept) and kept[-1] < last - 0.5 / rate:
+    if len(kept) and kept[-1] < last - 0.5 / rate - step:
         raise CacheError(
             f"{directory}: must have frames up to {last:g} s, from which the run continues, but"
             f" ends at {kept[-1]:g} s; copy run.vtkhdf and bodies.vtkhdf again, or run the scene"

@@ -221,8 +221,8 @@ def test_a_directory_that_holds_no_run_is_not_written_into(loomstone, tmp_path):
     assert code == 1 and "building" not in said.out
     assert said.err == (
         "loomstone: thesis must be empty or absent, but contains chapter.tex and 1 more, which no"
-        " run has written; give another directory, or overwrite, which keeps all"
-        " files but those with the names of a run's own\n"
+        " run has written; give another directory, or overwrite, which replaces"
+        " only files that have the names of files of a run\n"
     )
     assert {path.name for path in thesis.iterdir()} == {"chapter.tex", "frames"}
     sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))]))

@@ -6,7 +6,9 @@ import csv
 import os
 import subprocess
 import sys
+import time
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 
 import loomstone as ls
 import pytest
@@ -25,7 +27,8 @@ needs_safe_path = pytest.mark.skipif(
 
 
 def loomstone(*arguments, cwd):
-    command = [sys.executable, "-P", "-m", "loomstone", *map(str, arguments)]
+    # Unlike python -m, the installed script does not search the working directory.
+    command = [Path(sys.executable).with_name("loomstone"), *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=100)
 
 
@@ -109,3 +112,46 @@ def test_a_parameter_of_a_sweep_may_be_named_run(tmp_path):
 def test_a_scene_file_may_begin_with_a_byte_order_mark(tmp_path):
     (tmp_path / "marked.py").write_text(SCENE, encoding="utf-8-sig")
     assert loomstone("info", "marked.py", cwd=tmp_path).returncode == 0
+
+
+def test_a_finished_run_whose_last_step_passed_its_last_frame_is_resumed(tmp_path, hanging):
+    for duration in (0.05, 0.05, 0.06):  # frames after every 1 ms, steps of 4 ms
+        sim = ls.Simulation(hanging, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
+        sim.run(
+            out=tmp_path / "run", duration=duration, rate=1000, resume=(tmp_path / "run").exists()
+        )
+    assert ls.Run(tmp_path / "run").times[-1] == pytest.approx(0.06)
+
+
+def runs(pid):
+    """Returns whether a process exists and has not ended."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def test_drawing_processes_end_with_the_process_that_started_them(run):
+    code = (
+        "import os, signal, sys, loomstone as ls\n"
+        "from loomstone.pictures import render_run\n"
+        "from multiprocessing import active_children\n"
+        "def killed(count):\n"
+        "    if count == 0:\n"
+        "        return\n"
+        "    print(*(child.pid for child in active_children()), flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+        "if __name__ == '__main__':\n"
+        "    options = ls.RenderOptions(width=32, height=24, samples=1)\n"
+        "    render_run(ls.Run(sys.argv[1]), options, jobs=2, progress=killed)\n"
+    )
+    (run / "draws.py").write_text(code)
+    done = subprocess.run(
+        [sys.executable, run / "draws.py", run], stdout=subprocess.PIPE, text=True, timeout=100
+    )
+    pids = [int(word) for word in done.stdout.split()]
+    end = time.monotonic() + 30.0
+    while any(map(runs, pids)) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert len(pids) == 2 and not any(map(runs, pids))

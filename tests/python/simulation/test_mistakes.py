@@ -448,6 +448,8 @@ def test_a_step_that_fails_leaves_the_report_of_the_last_step(hanging):
 def test_whole_numbers_are_not_cut_from_fractions(number, falling):
     with pytest.raises(TypeError):
         ls.Scene(rigid_iterations=number)
+    with pytest.raises(TypeError, match=r"pins\[1\] must be a whole number"):
+        ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, number])
     with pytest.raises(TypeError):
         ls.Simulation(falling, threads=1).set_obstacle_pose(number, (0, 0, 0))
     assert ls.Scene(rigid_iterations=np.int32(20)).rigid_iterations == 20
