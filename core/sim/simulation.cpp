@@ -179,10 +179,10 @@ Simulation::~Simulation() = default;
 void Simulation::step() {
   Data& d = *data_;
   const Stepping alone(d.stepping);
-  const bool measured = d.measured;
-  d.measured = false;
   together(*d.communicator, [&] { d.writes.check(d.model, d.state); });
   d.settle();
+  const bool measured = d.measured;
+  d.measured = false;
   together(*d.communicator, [&] {
     try {
       d.stepper->advance(d.state, d.outcome);

@@ -13,7 +13,7 @@ from .extras import imported
 from .file_sequences import write_meshes, write_point_caches
 from .selection import selected
 from .surfaces import surfaces_of
-from .targets import check_free, remove_sequences, unfinished, unfinished_directory
+from .targets import check_free, has_content, remove_sequences, unfinished, unfinished_directory
 
 __all__ = ["FORMATS", "Format", "export_run", "format_of"]
 
@@ -54,12 +54,11 @@ def export_run(
     if to in _PACKAGES:
         imported(_PACKAGES[to], path)
     check_free(path, overwrite=overwrite)
-    if to == "usd":
+    if to == "usd" and not overwrite:
         from .usd_writer import images
 
         for image, content in images(path, surfaces_of(run.topology)):
-            same = image.is_file() and image.read_bytes() == content
-            check_free(image, overwrite=overwrite or same)
+            check_free(image, overwrite=has_content(image, content))
     clip = clip_of(run, frames, every, progress)
     if to in _FILES:
         return [_write_file(path, clip, to)]

@@ -118,9 +118,10 @@ class GltfFile:
                 elif uri.startswith("data:"):
                     found = self.content.get_data_from_buffer_uri(uri)
                 else:
-                    given = self.path.parent / uri  # some programs do not encode names
-                    decoded = self.path.parent / unquote(uri)
-                    found = (given if given.is_file() else decoded).read_bytes()
+                    file = self.path.parent / unquote(uri)
+                    if not file.is_file():  # some programs do not encode names
+                        file = self.path.parent / uri
+                    found = file.read_bytes()
             except (OSError, ValueError) as error:
                 raise CacheError(f"{self.path}: its data cannot be read: {error}") from None
             self._buffers[index] = found or b""

@@ -12,7 +12,7 @@ from pathlib import Path
 from .._core import CacheError, InvalidInput
 from ..base.replacement import replacement, written
 
-__all__ = ["check_free", "remove_sequences", "unfinished", "unfinished_directory"]
+__all__ = ["check_free", "has_content", "remove_sequences", "unfinished", "unfinished_directory"]
 
 # Directory in the target of an export that holds the files until all are complete.
 _UNFINISHED = "unfinished-export"
@@ -37,6 +37,14 @@ def check_free(path: Path, *, overwrite: bool) -> None:
             f"{path}: exists already; give another path, or overwrite it with --overwrite"
             " (overwrite=True)"
         )
+
+
+def has_content(path: Path, content: bytes) -> bool:
+    """Returns whether a file exists, can be read and has this content."""
+    try:
+        return path.read_bytes() == content
+    except OSError:
+        return False
 
 
 @contextmanager

@@ -82,15 +82,15 @@ def is_whole(path: Path) -> bool:
 
 def pictures_in(directory: Path) -> list[Path]:
     """Returns the paths of the pictures in a directory."""
-    return list(directory.glob("frame-*.png"))
+    return list(directory.glob("frame-[0-9]*.png"))
 
 
 def remove_pictures(directory: Path) -> None:
     """Removes the pictures in a directory and their options, and the directory if it is empty."""
-    for pattern in ("frame-[0-9]*.png", "unfinished-frame-[0-9]*.png", "*options.json"):
-        for path in directory.glob(pattern):
-            if path.is_file():
-                path.unlink()
+    notes = [directory / "options.json", directory / "unfinished-options.json"]
+    for path in (*pictures_in(directory), *directory.glob("unfinished-frame-[0-9]*.png"), *notes):
+        if path.is_file():
+            path.unlink()
     with suppress(OSError):  # other files are kept
         directory.rmdir()
 

@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from .directory import (
 from .frames import FramesOfRun, check_frames
 from .painter import Painter, Ranges, colors_need_all_frames, is_fitted
 from .renderer import Renderer
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
 
 __all__ = ["framed", "painter_of", "render_run"]
 
@@ -172,18 +175,23 @@ def _draw_in_parallel(
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import active_children, get_context
 
-    others = active_children()
-    with safe_path():  # all processes start here
+    own: set[BaseProcess] = set()
+    with safe_path():  # Python starts a process of its own here
         pool = ProcessPoolExecutor(
             jobs, get_context("spawn"), initializer=_prepare, initargs=(run, settings)
         )
-        drawn = [pool.submit(_draw, part) for part in missing]
     try:
+        with safe_path():  # all drawing processes start here
+            others = set(active_children())
+            try:
+                drawn = [pool.submit(_draw, part) for part in missing]
+            finally:
+                own = set(active_children()) - others
         for one in as_completed(drawn):
             one.result()
             told(1)
     except BaseException as error:
-        for process in set(active_children()) - set(others):
+        for process in own:
             process.terminate()
         if isinstance(error, BrokenProcessPool):
             raise CacheError(

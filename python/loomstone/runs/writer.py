@@ -378,12 +378,17 @@ def _check_rate(directory: Path, rate: float) -> None:
 def _check_frames(directory: Path, rate: float, following: int, step: float) -> None:
     """Raises CacheError if stored frames before the frame `following` are missing at the end.
 
-    The last step of a run may pass its last frame, so frames within `step` [s] may be missing.
+    The last step of a run may pass the end of the run, so the frame that is expected last is that
+    of the run's duration. If the run was extended, frames within `step` [s] may be missing.
     """
     with Run(directory) as begun:
+        duration = begun.metadata.get("duration")
         kept = begun.times[begun.times < (following - 0.5) / rate]
+    if duration is not None:
+        following = min(following, frame_count(duration, rate))
     last = (following - 1) / rate
-    if len(kept) and kept[-1] < last - 0.5 / rate - step:
+    tolerated = step if duration is None or extension(directory) else 0.0
+    if len(kept) and kept[-1] < last - 0.5 / rate - tolerated:
         raise CacheError(
             f"{directory}: must have frames up to {last:g} s, from which the run continues, but"
             f" ends at {kept[-1]:g} s; copy run.vtkhdf and bodies.vtkhdf again, or run the scene"

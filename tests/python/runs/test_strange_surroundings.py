@@ -82,9 +82,11 @@ def test_resuming_refuses_a_run_whose_last_frames_are_missing(tmp_path, hanging,
 
 def test_overwriting_a_run_keeps_what_others_put_beside_its_pictures(run, hanging, euler):
     render_run(ls.Run(run), SMALL, jobs=1)
-    (run / "frames" / "notes.txt").write_text("mine")
+    for name in ("notes.txt", "my-options.json"):
+        (run / "frames" / name).write_text("mine")
     ls.Simulation(hanging, integrator=euler, threads=1).run(out=run, duration=0.02, overwrite=True)
-    assert [path.name for path in (run / "frames").iterdir()] == ["notes.txt"]
+    left = {path.name for path in (run / "frames").iterdir()}
+    assert left == {"notes.txt", "my-options.json"}
 
 
 def test_texts_with_dollar_signs_are_no_formulas_in_plots(tmp_path):
