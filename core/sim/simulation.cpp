@@ -181,15 +181,9 @@ void Simulation::step() {
   const Stepping alone(d.stepping);
   together(*d.communicator, [&] { d.writes.check(d.model, d.state); });
   d.settle();
-  const bool measured = d.measured;
-  d.measured = false;
   together(*d.communicator, [&] {
-    try {
-      d.stepper->advance(d.state, d.outcome);
-    } catch (...) {
-      d.measured = measured;
-      throw;
-    }
+    d.stepper->advance(d.state, d.outcome);
+    d.measured = false;
     d.measure_together();
   });
   d.writes.remember(d.state);
