@@ -52,14 +52,8 @@ def note_of(directory: Path) -> dict[str, Any]:
     try:
         found = json.loads((directory / "options.json").read_text())
         options_from_dict(found["options"])
-    except (
-        OSError,
-        ValueError,
-        TypeError,
-        KeyError,
-        AttributeError,
-    ):  # missing, damaged or of another version
-        return {}
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return {}  # missing, damaged or of another version
     return found if isinstance(found, dict) else {}
 
 

@@ -1,5 +1,5 @@
-"""What lies in a directory does not disturb commands there: files named like modules, frames of an
-older state, files of others, and special characters in names.
+"""Commands work in directories with files named like modules, frames of an older state, files of
+others, or special characters in names.
 """
 
 import csv
