@@ -22,7 +22,15 @@ from ..ranks import launched_rank, share_failure
 from ..runs.signals import Abandoned
 from .closed_streams import open_closed_streams
 
-__all__ = ["WrongCommand", "app", "command_line", "main", "report", "session"]
+__all__ = [
+    "WrongCommand",
+    "app",
+    "command_line",
+    "main",
+    "refuse_options",
+    "report",
+    "session",
+]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -78,6 +86,16 @@ def command_line() -> Iterator[None]:
         yield
     except InvalidInput as error:
         raise WrongCommand(str(error)) from error
+
+
+def refuse_options(given: dict[str, bool], why: str) -> None:
+    """Raises WrongCommand for the first option that is given although it has no effect.
+
+    given : for each option, whether it differs from its default
+    why : end of a sentence that begins with the option
+    """
+    for name in (name for name, is_given in given.items() if is_given):
+        raise WrongCommand(f"{name} {why}; leave it out")
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import typer
 from ..runs.cache import Run
 from ..runs.parameters import given_parameters
 from ..runs.scene_file import SceneFile
-from .application import WrongCommand, app, command_line, session
+from .application import WrongCommand, app, command_line, refuse_options, session
 from .facts import facts
 from .inspection import check_run, check_scene, describe, print_source
 from .options import AsJson, Parameters, Trust
@@ -70,6 +70,7 @@ def info(
     """
     with session(parallel=False):
         if source:
+            refuse_options({"--json": as_json}, "has no effect with --source")
             print_source(path)
         elif as_json:
             with Words(as_json=True) as words:

@@ -13,12 +13,15 @@ from ..pictures.parallel import plot_parallel
 from ..runs.cache import Run
 from ..runs.parallel import read_parallel
 from ..runs.steps import read_steps
-from .application import WrongCommand, app, command_line, session
+from .application import WrongCommand, app, command_line, refuse_options, session
 from .options import one_of
 
 KINDS = (*plots.KINDS, "parallel")
 CURVES = ("force", "torque")  # curves for the magnets that --mesh gives
+# Defaults.
 ALONG_Z = "0,0,1"
+PLANE = "xz"
+WHAT = "energy"
 
 
 @app.command()
@@ -31,9 +34,7 @@ def plot(
             metavar="RUN...",
         ),
     ],
-    what: Annotated[
-        str, typer.Option(help=" | ".join(KINDS), autocompletion=one_of(KINDS))
-    ] = "energy",
+    what: Annotated[str, typer.Option(help=" | ".join(KINDS), autocompletion=one_of(KINDS))] = WHAT,
     out: Annotated[
         Path | None,
         typer.Option(help="picture to write; default: WHAT.png in the first run, or force.png"),
@@ -73,12 +74,12 @@ def plot(
         if curve := _curve(runs):
             from ..magnetics.mesh_pictures import curve_of_meshes, numbers
 
+            _refuse_for_magnets(what, curve)
             with command_line():
                 vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
             path = curve_of_meshes(curve, mesh, vector, along, reach, out or Path(f"{curve}.png"))
         else:
-            turned = {"--polarization": polarization != ALONG_Z, "--axis": axis != ALONG_Z}
-            _refuse({"--mesh": bool(mesh), **turned, "--reach": reach != 0.0})
+            _refuse_for_runs(mesh, polarization, axis, reach)
             run = _only_run(runs, what)
             path = _plot_runs(runs, what, out or run / f"{what}.png")
         print(f"plot: {path}")
@@ -103,7 +104,7 @@ def field(
     ] = None,
     plane: Annotated[
         str, typer.Option(help="plane of the slice, through the centre: xy | xz | yz")
-    ] = "xz",
+    ] = PLANE,
 ) -> None:
     """Draws the field of a uniformly polarized magnet of any shape.
 
@@ -111,6 +112,8 @@ def field(
         loomstone field horseshoe.obj --polarization 0,0,1 --lines 200 --slice slice.png
     """
     with session(parallel=False):
+        if slice_ is None:
+            refuse_options({"--plane": plane != PLANE}, "has no effect without --slice")
         from ..magnetics import figures
         from ..magnetics import mesh_pictures as pictures
         from ..meshes import read
@@ -142,13 +145,18 @@ def _curve(runs: list[Path]) -> str | None:
     return named[0] if named else None
 
 
-def _refuse(given: dict[str, bool]) -> None:
-    """Raises WrongCommand for the first option that is given although a run is plotted."""
-    for name in (name for name, is_given in given.items() if is_given):
-        raise WrongCommand(
-            f"{name} is an option for the magnets of `plot force` and `plot torque`, not for runs;"
-            " leave it out"
-        )
+def _refuse_for_magnets(what: str, curve: str) -> None:
+    """Raises WrongCommand for --what, which has no effect on curves of magnets."""
+    refuse_options({"--what": what != WHAT}, f"is an option for runs, not for `plot {curve}`")
+
+
+def _refuse_for_runs(mesh: list[Path], polarization: str, axis: str, reach: float) -> None:
+    """Raises WrongCommand for options that affect only curves of magnets."""
+    turned = {"--polarization": polarization != ALONG_Z, "--axis": axis != ALONG_Z}
+    refuse_options(
+        {"--mesh": bool(mesh), **turned, "--reach": reach != 0.0},
+        "is an option for the magnets of `plot force` and `plot torque`, not for runs",
+    )
 
 
 def _only_run(runs: list[Path], what: str) -> Path:

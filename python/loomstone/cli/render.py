@@ -17,7 +17,7 @@ from ..pictures.passes import Pass, write_passes
 from ..pictures.video import encode
 from ..runs.cache import Run
 from ..runs.scene_file import stored_options
-from .application import app, session
+from .application import app, refuse_options, session
 from .options import Quiet, RunArgument, one_of
 
 FIELDS = (
@@ -158,8 +158,8 @@ def render(
     """Draws the frames of a run and makes a video."""
     given = {name: value for name, value in locals().items() if value is not None}
     with session(parallel=False):
-        source = Run(run)
-        chosen = _chosen(source, frame)
+        _refuse_ineffective(given)
+        chosen = _chosen(source := Run(run), frame)
         options = _look(source, given)
         with typer.progressbar(
             length=len(chosen or source), label="rendering", hidden=quiet or not sys.stdout.isatty()
@@ -192,15 +192,27 @@ def render(
             print("\n".join(told))
 
 
+def _refuse_ineffective(given: dict[str, Any]) -> None:
+    """Raises WrongCommand for options that have no effect with --frame or with --pass."""
+    again = {"--again": given["again"]}
+    if given["frame"]:
+        refuse_options(again, "has no effect with --frame")
+    if given["passes"]:
+        looks = {f"--{name.replace('_', '-')}": name in given for name in _LOOKS}
+        refuse_options(looks | again | {"--jobs": given["jobs"] > 0}, "has no effect with --pass")
+
+
 def _told(what: str, paths: list[Path]) -> str:
     return f"{what}: {paths[0] if len(paths) == 1 else f'{paths[0].parent} ({len(paths)})'}"
 
 
-# Fields of RenderOptions that are set by command-line options of the same names.
-_FIELDS = (
-    *("width", "height", "color_by", "color_map", "color_low", "color_high", "pattern"),
-    *("wireframe", "field_lines", "background"),
+# Fields of RenderOptions that are set by command-line options of the same names. Those in _LOOKS
+# have no effect on passes.
+_LOOKS = (
+    *("color_by", "color_map", "color_low", "color_high", "pattern", "wireframe"),
+    *("field_lines", "background"),
 )
+_FIELDS = ("width", "height", *_LOOKS)
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:

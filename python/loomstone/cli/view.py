@@ -12,11 +12,14 @@ from ..pictures.directory import drawn_with
 from ..runs.cache import Run
 from ..runs.parameters import given_parameters
 from ..runs.scene_file import SceneFile
-from .application import WrongCommand, app, command_line, session
+from .application import WrongCommand, app, command_line, refuse_options, session
 from .options import Parameters, Threads
 
 if TYPE_CHECKING:
     from ..viewer import Live, Player
+
+
+HOST, PORT = "127.0.0.1", 8080
 
 
 @app.command()
@@ -24,11 +27,11 @@ def view(
     source: Annotated[Path, typer.Argument(help="directory of a run, or scene file")],
     p: Parameters = [],  # noqa: B006
     threads: Threads = 0,
-    port: Annotated[int, typer.Option(help="port of the page", min=0, max=65535)] = 8080,
+    port: Annotated[int, typer.Option(help="port of the page", min=0, max=65535)] = PORT,
     host: Annotated[
         str,
         typer.Option(help="address that serves the page; 0.0.0.0: accessible from all machines"),
-    ] = "127.0.0.1",
+    ] = HOST,
     paused: Annotated[bool, typer.Option("--paused", help="wait for the user to start")] = False,
     html: Annotated[
         Path | None, typer.Option(help="write to this file a page that needs no server, and exit")
@@ -67,9 +70,11 @@ def view(
                 port=port,
             )
         else:
+            _refuse_for_runs(p, threads, paused)
             run = Run(source)
             camera = _camera(drawn_with(run.directory / "frames"))
             if html is not None:
+                _refuse_for_files(host, port)
                 print(f"page: {write_html(run, html, camera=camera)}")
                 return
             shown = play(run, camera=camera, host=host, port=port)
@@ -78,6 +83,18 @@ def view(
             shown.wait()
         except KeyboardInterrupt:
             shown.stop()
+
+
+def _refuse_for_runs(parameters: list[str], threads: int, paused: bool) -> None:
+    """Raises WrongCommand for options that affect only the simulation of a scene."""
+    given = {"--parameter": bool(parameters), "--threads": threads != 0, "--paused": paused}
+    refuse_options(given, "is an option for scene files, not for runs")
+
+
+def _refuse_for_files(host: str, port: int) -> None:
+    """Raises WrongCommand for options that affect only pages with a server."""
+    given = {"--host": host != HOST, "--port": port != PORT}
+    refuse_options(given, "has no effect with --html")
 
 
 def _camera(options: RenderOptions | None) -> Camera:

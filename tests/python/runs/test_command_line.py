@@ -380,3 +380,24 @@ def test_a_damaged_stored_scene_is_an_error_in_one_sentence(tmp_path):
         np.savez(tmp_path / "scene.npz", scene=np.array(text))
         with pytest.raises(ls.CacheError):
             read_scene(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("view out --paused", "--paused"),
+        ("view out -p cells=3", "--parameter"),
+        ("view out --html page.html --port 9", "--port"),
+        ("render out --frame 1 --again", "--again"),
+        ("render out --pass id --color-by stretch", "--color-by"),
+        ("plot force --what step", "--what"),
+        ("plot out --reach 1", "--reach"),
+        ("field magnet.obj --plane xy", "--plane"),
+        ("info out --source --json", "--json"),
+    ],
+)
+def test_options_without_effect_are_refused(loomstone, command, option):
+    loomstone("run", "scene.py", "--out", "out", "--quiet")
+    code, said = loomstone(*command.split())
+    assert code == 2 and said.err.startswith(f"loomstone: {option} ")
+    assert said.err.endswith("; leave it out\n")
