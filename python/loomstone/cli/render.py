@@ -198,21 +198,18 @@ def _refuse_ineffective(given: dict[str, Any]) -> None:
     if given["frame"]:
         refuse_options(again, "has no effect with --frame")
     if given["passes"]:
-        looks = {f"--{name.replace('_', '-')}": name in given for name in _LOOKS}
-        refuse_options(looks | again | {"--jobs": given["jobs"] > 0}, "has no effect with --pass")
+        refuse_options(again | {"--jobs": given["jobs"] > 0}, "has no effect with --pass")
 
 
 def _told(what: str, paths: list[Path]) -> str:
     return f"{what}: {paths[0] if len(paths) == 1 else f'{paths[0].parent} ({len(paths)})'}"
 
 
-# Fields of RenderOptions that are set by command-line options of the same names. Those in _LOOKS
-# have no effect on passes.
-_LOOKS = (
-    *("color_by", "color_map", "color_low", "color_high", "pattern", "wireframe"),
-    *("field_lines", "background"),
+# Fields of RenderOptions that are set by command-line options of the same names.
+_FIELDS = (
+    *("width", "height", "color_by", "color_map", "color_low", "color_high", "pattern"),
+    *("wireframe", "field_lines", "background"),
 )
-_FIELDS = ("width", "height", *_LOOKS)
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:

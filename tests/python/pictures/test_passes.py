@@ -60,6 +60,17 @@ def test_the_command_writes_passes_in_place_of_pictures(run):
     assert not (run.directory / "video.mp4").exists()
 
 
+def test_passes_and_pictures_with_the_same_look_show_the_same_view(run):
+    look = ["--color-by", "stretch", "--wireframe", "--field-lines", "5"]
+    given = ["render", str(run.directory), "--pass", "depth", "--frame", "0", "--width", "64"]
+    depths = []
+    for options in ([], look):
+        done = CliRunner().invoke(app, [*given, "--height", "64", *options])
+        assert done.exit_code == 0, done.output
+        depths.append(channels(run.directory / "passes" / "depth-00000.exr")[1]["Z"])
+    assert not np.array_equal(*depths)  # the view leaves room for the colour bar of --color-by
+
+
 def test_a_wrong_pass_and_a_missing_package_are_one_sentence(run, tmp_path, monkeypatch):
     with pytest.raises(ls.InvalidInput, match="pass must be depth, normal, id, got 'albedo'"):
         write_passes(run, OPTIONS, ["albedo"], out=tmp_path)

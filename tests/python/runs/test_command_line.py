@@ -389,7 +389,7 @@ def test_a_damaged_stored_scene_is_an_error_in_one_sentence(tmp_path):
         ("view out -p cells=3", "--parameter"),
         ("view out --html page.html --port 9", "--port"),
         ("render out --frame 1 --again", "--again"),
-        ("render out --pass id --color-by stretch", "--color-by"),
+        ("render out --pass id --jobs 2", "--jobs"),
         ("plot force --what step", "--what"),
         ("plot out --reach 1", "--reach"),
         ("field magnet.obj --plane xy", "--plane"),
