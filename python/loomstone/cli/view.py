@@ -74,7 +74,7 @@ def view(
             run = Run(source)
             camera = _camera(drawn_with(run.directory / "frames"))
             if html is not None:
-                _refuse_for_files(host, port)
+                _refuse_for_html(host, port)
                 print(f"page: {write_html(run, html, camera=camera)}")
                 return
             shown = play(run, camera=camera, host=host, port=port)
@@ -91,8 +91,8 @@ def _refuse_for_runs(parameters: list[str], threads: int, paused: bool) -> None:
     refuse_options(given, "is an option for scene files, not for runs")
 
 
-def _refuse_for_files(host: str, port: int) -> None:
-    """Raises WrongCommand for options that affect only pages with a server."""
+def _refuse_for_html(host: str, port: int) -> None:
+    """Raises WrongCommand for options of the server, which a page in a file does not need."""
     given = {"--host": host != HOST, "--port": port != PORT}
     refuse_options(given, "has no effect with --html")
 
