@@ -58,14 +58,17 @@ void bind_record(py::module_& m) {
       "surfaces (s, 6): kind (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices, "
       "first triangle, number of\n"
       "triangles, self-collision (0 or 1). thickness (s) [m]. triangles (t, 3). gap_floor [m]. x0, "
-      "x1 (n, 3) [m].");
-  c.def(
-      py::init([](const SurfaceTable& surfaces, const Vector& thickness, const Triangles& triangles,
-                  double gap_floor, const Points& x0, const Points& x1) {
-        return CollisionRecord{surfaces_of(surfaces, thickness), triangles, gap_floor, x0, x1};
-      }),
-      py::kw_only(), py::arg("surfaces"), py::arg("thickness"), py::arg("triangles"),
-      py::arg("gap_floor"), py::arg("x0"), py::arg("x1"));
+      "x1 (n, 3) [m]. earlier: positions\n"
+      "(n, 3) at the starts of the preceding motions, the oldest first [m].");
+  c.def(py::init([](const SurfaceTable& surfaces, const Vector& thickness,
+                    const Triangles& triangles, double gap_floor, const Points& x0,
+                    const Points& x1, const std::vector<Points>& earlier) {
+          return CollisionRecord{
+              surfaces_of(surfaces, thickness), triangles, gap_floor, x0, x1, earlier};
+        }),
+        py::kw_only(), py::arg("surfaces"), py::arg("thickness"), py::arg("triangles"),
+        py::arg("gap_floor"), py::arg("x0"), py::arg("x1"),
+        py::arg("earlier") = std::vector<Points>());
   c.def_property_readonly("surfaces",
                           [](const CollisionRecord& self) { return table_of(self.surfaces); });
   c.def_property_readonly("thickness",
@@ -74,6 +77,7 @@ void bind_record(py::module_& m) {
   c.def_readonly("gap_floor", &CollisionRecord::gap_floor);
   c.def_readonly("x0", &CollisionRecord::x0);
   c.def_readonly("x1", &CollisionRecord::x1);
+  c.def_readonly("earlier", &CollisionRecord::earlier);
 }
 
 void bind_tests(py::module_& m) {

@@ -142,7 +142,8 @@ void bind_stepping(py::class_<S>& c) {
                           "StepReport of the last step. Later steps do not change it.");
   c.def("keep_collision_motion", &S::keep_collision_motion, py::arg("keep"),
         "Sets whether the motion that certification receives in each step is kept for "
-        "collision_motion().");
+        "collision_motion(), with the starts\n"
+        "of up to 16 preceding motions.");
   c.def("collision_motion", &S::collision_motion,
         "Returns the CollisionRecord of the last certification whose motion was kept. The record "
         "has no vertices if no motion was kept or nothing collides.");

@@ -37,6 +37,7 @@ void check_surfaces(const CollisionRecord& record) {
 
 CollisionModel model_of(const CollisionRecord& record) {
   check_motion(record.x0, record.x1, record.gap_floor, "gap_floor");
+  for (const Points& x : record.earlier) check_motion(record.x0, x, record.gap_floor, "gap_floor");
   check_triangles(record.triangles, static_cast<Index>(record.x0.rows()));
   check_surfaces(record);
   CollisionModel model;
@@ -64,17 +65,17 @@ Vector movable(const CollisionModel& model) {
   return inverse_mass;
 }
 
-// Number of steps that are performed before the measured one. They give the lists the slack that
-// the motion needs.
-constexpr int steps_before = 3;
+// Smallest number of motions that are performed before the measured one. They give the lists the
+// slack that the motion needs.
+constexpr std::size_t least_earlier = 3;
 
 void require_repetitions(int repetitions) {
   if (repetitions < 1) fail<InvalidInput>("repetitions must be at least 1, got {}", repetitions);
 }
 
-// Approximate mean number of steps between the measurement of costs and a dynamic search that uses
-// them.
-constexpr int steps_before_deal = 4;
+// Approximate mean number of motions between the measurement of costs and a dynamic search that
+// uses them.
+constexpr int motions_since_deal = 4;
 
 // Uses neighbour lists to perform the searches of steps, on one thread.
 struct ListsOfStep {
@@ -106,13 +107,22 @@ struct ListsOfStep {
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns for each first cluster the time spent on its lists since the last call [ns]. In the
-  // replay, the ranks divide the lists among themselves according to these times.
-  std::vector<float> take_expected() {
-    std::vector<float> costs(first.back(), 0.0f);
-    each_list(
-        [&](std::size_t i, NeighbourList& list) { costs[i] += std::exchange(list.spent, 0.0f); });
-    return costs;
+  // Must be called after each earlier motion. If this motion needed a search for cluster pairs, the
+  // ranks divided the lists before it, according to the times of the motions since the search
+  // before.
+  void note_expected() {
+    const bool searched = lists.n_searches() != n_searches;
+    n_searches = lists.n_searches();
+    if (searched && !since_search.empty()) divided_by = std::exchange(since_search, {});
+    since_search.resize(first.back(), 0.0f);
+    each_list([&](std::size_t i, NeighbourList& list) {
+      since_search[i] += std::exchange(list.spent, 0.0f);
+    });
+  }
+  // Returns for each first cluster the time on its lists [ns] according to which the ranks divide
+  // the lists.
+  const std::vector<float>& expected() const {
+    return divided_by.empty() ? since_search : divided_by;
   }
   // Stores in `work` the times spent on lists and in searches of unlisted surface pairs since the
   // last call [s]. Each list gets an equal share of the time of the passes over all lists. If a
@@ -141,6 +151,10 @@ struct ListsOfStep {
   NeighbourLists lists;
   ImpactSearch search;
   SmoothNormals normals;
+  // For each first cluster, the time spent on its lists between the last two searches for cluster
+  // pairs, and since the last one [ns].
+  std::vector<float> divided_by, since_search;
+  std::int64_t n_searches = 0;
   // (surface pairs + 1) Number of first clusters (see each_list()) in all preceding surface pairs.
   SectionStarts first = {0};
 };
@@ -155,6 +169,17 @@ struct CollisionReplay::Data {
         boxes(model, pairs),
         inverse_mass(movable(model)) {}
 
+  // Returns the positions at the start of the motion that is `motions_ago` motions earlier than the
+  // recorded one [m]; -1: its end.
+  Points start(int motions_ago) const {
+    const auto& earlier = record.earlier;
+    const int n = static_cast<int>(earlier.size());
+    if (motions_ago < 0) return record.x1;
+    if (motions_ago == 0) return record.x0;
+    if (motions_ago <= n) return earlier[n - motions_ago];
+    return start(n) - (motions_ago - n) * (start(n - 1) - start(n));
+  }
+
   CollisionRecord record;
   const CollisionModel model;
   const std::vector<SurfacePair> pairs;
@@ -166,13 +191,12 @@ CollisionReplay::CollisionReplay(CollisionRecord record)
     : data_(std::make_unique<Data>(std::move(record))) {}
 CollisionReplay::~CollisionReplay() = default;
 
-// Performs a search of the recorded step, or of the step that is `steps_before` steps earlier.
+// Performs a search of the recorded motion, or of the motion that is `motions_ago` motions earlier.
 // Returns the size of its results [bytes].
 std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch& shared,
-                                  int steps_before) const {
+                                  int motions_ago) const {
   Data& d = *data_;
-  const Points earlier = steps_before * (d.record.x1 - d.record.x0);
-  const Points x0 = d.record.x0 - earlier;
+  const Points x0 = d.start(motions_ago);
   if (search == Search::Contacts) {
     SmoothNormals normals;
     find_contacts(team, {d.model, d.pairs, normals}, x0, shared);
@@ -182,7 +206,7 @@ std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch&
   NeighbourLists unused(d.model, d.pairs, d.boxes, *alone);
   ImpactSearch impacts(d.model, d.boxes, unused);
   impacts.share(&shared);
-  impacts.find(team, {x0, d.inverse_mass, {}}, d.record.x1 - earlier, nullptr);
+  impacts.find(team, {x0, d.inverse_mass, {}}, d.start(motions_ago - 1), nullptr);
   return shared.result_bytes();
 }
 
@@ -195,9 +219,9 @@ RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition
   const Data& d = *data_;
   RecordedTests tests;
   SharedSearch shared(d.model, d.pairs, d.boxes, decomposition, single_communicator(), n_ranks);
-  // This search of an earlier step measures the costs according to which the tests of the recorded
-  // step are dealt to the ranks.
-  if (decomposition == Decomposition::Dynamic) find(search, Team{}, shared, steps_before_deal);
+  // This search of an earlier motion measures the costs according to which the tests of the
+  // recorded motion are dealt to the ranks.
+  if (decomposition == Decomposition::Dynamic) find(search, Team{}, shared, motions_since_deal);
   shared.record(&tests);
   for (int i = 0; i < repetitions; ++i) tests.result_bytes = find(search, Team{}, shared);
   return tests;
@@ -206,24 +230,22 @@ RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition
 CollisionReplay::Lists CollisionReplay::measure_lists(int repetitions) const {
   require_repetitions(repetitions);
   const Data& d = *data_;
-  const Points motion = d.record.x1 - d.record.x0;
+  const int n_earlier = static_cast<int>(std::max(least_earlier, d.record.earlier.size()));
   const double clock = clock_seconds();
   Lists all;
   for (int i = 0; i < repetitions; ++i) {
     ListsOfStep step(d.model, d.pairs, d.inverse_mass);
-    std::vector<float> expected;
-    for (int ago = steps_before; ago > 0; --ago) {
-      const Points at = d.record.x0 - ago * motion;
-      step.contacts(at);
-      step.impacts(at, ago == 1 ? d.record.x0 : Points(at + motion));
-      expected = step.take_expected();
+    for (int ago = n_earlier; ago > 0; --ago) {
+      step.contacts(d.start(ago));
+      step.impacts(d.start(ago), d.start(ago - 1));
+      step.note_expected();
     }
     step.lists.time_work(clock);
     all.contacts.result_bytes = step.contacts(d.record.x0);
     step.take_work(all.contacts);
     all.impacts.result_bytes = step.impacts(d.record.x0, d.record.x1);
     step.take_work(all.impacts);
-    all.contacts.expected = all.impacts.expected = expected;
+    all.contacts.expected = all.impacts.expected = step.expected();
   }
   return all;
 }

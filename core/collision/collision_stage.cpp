@@ -89,6 +89,16 @@ struct CollisionStage::Data {
     return joined(parts);
   }
 
+  void keep(const Points& x0, const Points& x1) {
+    if (motion.x0.rows() != 0 && !same_bits(motion.x0, x0)) {
+      motion.earlier.push_back(std::move(motion.x0));
+      if (motion.earlier.size() > CollisionRecord::most_earlier)
+        motion.earlier.erase(motion.earlier.begin());
+    }
+    motion.x0 = x0;
+    motion.x1 = x1;
+  }
+
   const CollisionModel& model;
   const std::shared_ptr<const Communicator> communicator;
   const Communicator& ranks;
@@ -101,7 +111,7 @@ struct CollisionStage::Data {
   SmoothNormals normals;
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
-  CollisionRecord motion;
+  CollisionRecord motion;  // without surfaces and triangles
   // Used by proximity_alone() to search on this rank alone. Made at first use.
   std::unique_ptr<BroadPhase> own_broad_phase;
   // Contacts at the positions x0 of the last call of proximity(), including contacts that it omits
@@ -214,8 +224,19 @@ std::size_t CollisionStage::contact_bytes() const {
          (d.selection ? d.selection->bytes() : 0);
 }
 
-void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
-const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
+void CollisionStage::keep_motion(bool keep) {
+  if (keep && !data_->keeps_motion) data_->motion = {};
+  data_->keeps_motion = keep;
+}
+
+CollisionRecord CollisionStage::motion() const {
+  CollisionRecord record = data_->motion;
+  if (record.x0.rows() == 0) return record;
+  record.surfaces = data_->model.surfaces;
+  record.triangles = data_->model.triangles;
+  record.gap_floor = data_->model.gap_floor;
+  return record;
+}
 
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
@@ -273,10 +294,7 @@ void CollisionStage::repel(const MotionInputs& inputs, const std::vector<Contact
 
 CertifyReport CollisionStage::certify(const Team& team, const MotionInputs& inputs, Points& x1,
                                       FreeBodies& bodies) {
-  if (data_->keeps_motion) {
-    const CollisionModel& model = data_->model;
-    data_->motion = {model.surfaces, model.triangles, model.gap_floor, inputs.x0, x1};
-  }
+  if (data_->keeps_motion) data_->keep(inputs.x0, x1);
   Vector inverse_mass = inputs.inverse_mass;
   for (const CollisionSurface& surface : data_->model.surfaces)
     if (surface.kind != CollisionSurface::Kind::Cloth)

@@ -122,10 +122,11 @@ class CollisionStage {
   // Memory of contacts and of data that belongs to them, without motion() [bytes].
   std::size_t contact_bytes() const;
 
-  // Sets whether certify() stores the motion that it receives. motion() returns the stored motion.
+  // Sets whether certify() stores the motion that it receives, and the starts of preceding motions
+  // that it received since keep_motion(true). Motions with the same start count as one.
   void keep_motion(bool keep);
   // Returns the last motion that certify() stored, or a motion without vertices if there is none.
-  const CollisionRecord& motion() const;
+  CollisionRecord motion() const;
 
  private:
   struct Data;

@@ -3523,7 +3523,8 @@ class CollisionRecord:
     Motion of all surfaces in a step, as certification receives it.
 
     surfaces (s, 6): kind (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices, first triangle, number of
-    triangles, self-collision (0 or 1). thickness (s) [m]. triangles (t, 3). gap_floor [m]. x0, x1 (n, 3) [m].
+    triangles, self-collision (0 or 1). thickness (s) [m]. triangles (t, 3). gap_floor [m]. x0, x1 (n, 3) [m]. earlier: positions
+    (n, 3) at the starts of the preceding motions, the oldest first [m].
     """
     def __init__(
         self,
@@ -3534,7 +3535,12 @@ class CollisionRecord:
         gap_floor: typing.SupportsFloat | typing.SupportsIndex,
         x0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
         x1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+        earlier: collections.abc.Sequence[
+            typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]
+        ] = [],
     ) -> None: ...
+    @property
+    def earlier(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]: ...
     @property
     def gap_floor(self) -> float: ...
     @property
@@ -4321,7 +4327,8 @@ class Simulation:
         """
     def keep_collision_motion(self, keep: bool) -> None:
         """
-        Sets whether the motion that certification receives in each step is kept for collision_motion().
+        Sets whether the motion that certification receives in each step is kept for collision_motion(), with the starts
+        of up to 16 preceding motions.
         """
     def magnetic_forces(
         self,

@@ -223,7 +223,7 @@ class _Course:
             if control:
                 with together(simulation.communicator):
                     _call(control, simulation)
-            simulation.keep_collision_motion(self._records(simulation.step_index + 1))
+            simulation.keep_collision_motion(self._record_tasks > 0)
             simulation.step()
             stepped = True
 

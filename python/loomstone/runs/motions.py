@@ -14,7 +14,7 @@ from .._core import CacheError, CollisionRecord
 
 __all__ = ["motion_files", "read_motion", "write_motion"]
 
-_ARRAYS = ("surfaces", "thickness", "triangles", "gap_floor", "x0", "x1")
+_ARRAYS = ("surfaces", "thickness", "triangles", "gap_floor", "x0", "x1", "earlier")
 
 
 def motion_files(directory: Path) -> list[Path]:
@@ -44,7 +44,8 @@ def read_motion(path: Path) -> CollisionRecord:
     try:
         with np.load(path) as arrays:
             values = {name: arrays[name] for name in _ARRAYS}
-        return CollisionRecord(**values | {"gap_floor": float(values["gap_floor"])})
+        fields = {"gap_floor": float(values["gap_floor"]), "earlier": list(values["earlier"])}
+        return CollisionRecord(**values | fields)
     except OSError:
         raise
     except Exception as error:  # damaged files make numpy and zipfile raise errors of many types

@@ -127,9 +127,8 @@ def replay(
     The tests of the decompositions "static" and "dynamic" are measured again for every number of
     ranks, because the partitions depend on it. With "dynamic", costs in an earlier step determine
     with which tests each rank starts. The neighbour lists of "predicted" are measured once, and
-    costs in the preceding step determine which lists each rank gets. Earlier steps are assumed to
-    have the same motion as the recorded step. The time in which ranks update bounding volumes or
-    search for new pairs of clusters does not count.
+    their costs in earlier steps determine which lists each rank gets. The time in which ranks
+    update bounding volumes or search for new pairs of clusters does not count.
 
     observer : function called with the path of each motion before the motion is measured
 

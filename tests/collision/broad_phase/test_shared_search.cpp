@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <numeric>
 #include <tuple>
 
 #include "core/collision/broad_phase/shared_search.h"
@@ -252,6 +253,27 @@ TEST_CASE("recorded tests form trees in which each test appears once") {
                     Catch::Matchers::Contains("ranks must be at least 1"));
   CHECK_THROWS_WITH(replay.measure(search, 2, Decomposition::Predicted),
                     Catch::Matchers::Contains("must be static or dynamic"));
+}
+
+TEST_CASE("the expected costs of lists come from the earlier motions of the record") {
+  const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 20, 20), Kind::Cloth, 3e-3},
+                                      {grid_cells(0.2, 0.2, 20, 20), Kind::Cloth, 3e-3}});
+  const Index n = scene.model.n_vertices / 2;
+  Points near = scene.x, apart = scene.x;
+  near.bottomRows(n).col(2).array() += 2e-3;
+  apart.bottomRows(n).col(2).array() += 1.0;
+  // Returns the expected costs of the lists between the two sheets.
+  const auto expected = [&](const std::vector<Points>& earlier) {
+    const CollisionReplay replay(
+        {scene.model.surfaces, scene.model.triangles, scene.model.gap_floor, near, near, earlier});
+    const OrderedWork work = replay.measure_lists(1).contacts;
+    const auto at = [&](int pair) { return work.expected.begin() + work.first[pair]; };
+    return std::accumulate(at(1), at(2), 0.0);
+  };
+  CHECK(expected({}) > 0.0);
+  CHECK(expected(std::vector<Points>(4, near)) > 0.0);
+  CHECK(expected(std::vector<Points>(4, apart)) == 0.0);
+  CHECK_THROWS_WITH(expected({near.topRows(3)}), Catch::Matchers::Contains("as many rows"));
 }
 
 TEST_CASE("clusters are dealt out in ranges of equal costs, which one in eight searches measures") {

@@ -1,6 +1,7 @@
 """Recorded motions of a run, and the predicted times of collision searches on many ranks."""
 
 import csv
+import itertools
 import subprocess
 import sys
 
@@ -43,6 +44,10 @@ def test_a_run_records_the_motion_of_every_tenth_step(recorded):
     assert len(motion.triangles) > 2 * 1800
     assert np.abs(motion.x1 - motion.x0).max() < 0.1
     assert motion.x1[:900, 2].max() < motion.x0[:900, 2].max()  # the cloth falls
+    starts = [*motion.earlier, motion.x0]
+    moved = [np.abs(end - start).max() for start, end in itertools.pairwise(starts)]
+    assert len(moved) == 16 and min(moved) > 0 and max(moved) < 0.1
+    assert 9 <= len(read_motion(motion_files(recorded)[0]).earlier) < 16  # parts are motions, too
 
 
 @pytest.mark.parametrize(("more", "steps"), [((), [5, 10]), (("--record-tasks", 4), [4, 8])])
@@ -166,6 +171,10 @@ def test_inconsistent_motions_are_refused():
         record(thickness=[])
     with pytest.raises(ls.InvalidInput, match="as many rows"):
         CollisionReplay(record(x1=np.zeros((2, 3))))
+    with pytest.raises(ls.InvalidInput, match="as many rows"):
+        CollisionReplay(record(earlier=[np.zeros((2, 3))]))
+    with pytest.raises(ls.InvalidInput, match="positions must be finite"):
+        CollisionReplay(record(earlier=[np.full((3, 3), np.nan)]))
     with pytest.raises(ls.InvalidInput, match="ranks must be at least 1"):
         CollisionReplay(record()).contacts(0)
 
