@@ -267,7 +267,8 @@ void NeighbourLists::find_ended(const Team& team, Pass& pass, Ends&& ends) {
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
     Pass& own = of_range[begin / grain];
     for (Index i = begin; i < end; ++i) {
-      const NeighbourList& list = lists_[i];
+      NeighbourList& list = lists_[i];
+      list.spent += ListCosts::pass;
       own.fast |= list.change > most_slack_[list.pair];
       own.cost += list.spent;
       ended_[i] = ends(list);

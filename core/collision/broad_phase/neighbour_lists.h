@@ -61,6 +61,7 @@ struct NeighbourList {
 // Approximate costs of work on lists [ns]. NeighbourLists::work_on() divides measured times among
 // lists in proportion to these costs. The values are fitted to measured times.
 struct ListCosts {
+  static constexpr float pass = 15.0f;        // going over a list in pass_at_x() or pass_to()
   static constexpr float list = 60.0f;        // visiting a list
   static constexpr float pair = 3.0f;         // reading a pair of a list
   static constexpr float distance = 60.0f;    // computing the distance of a pair
