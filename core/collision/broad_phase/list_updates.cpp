@@ -18,10 +18,13 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full is cheaper than keeping its widened lists (see widen()) if more
-// than this fraction of its lists is made again per update, on average over `upkeep_updates`
-// updates. Measured on a ribbon and a dress.
+// Searching a surface pair in full is cheaper than keeping its lists if, on average over
+// `upkeep_updates` updates, too many of them are made again: more than the fraction `most_made` of
+// widened lists (see widen()); or other lists that together contain more than `most_made_pairs`
+// times as many feature pairs as the two surfaces have clusters. Measured on a ribbon and a dress,
+// and on a twisted cloth, discs, a drape and a knot.
 constexpr double most_made = 1.0 / 6.0;
+constexpr double most_made_pairs = 8.0;
 constexpr int upkeep_updates = 8;
 
 }  // namespace
@@ -144,12 +147,17 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether lists are widened and too many lists of the surface pair of `upkeep` were made
-// again in `upkeep_updates` updates. Always returns false before the last of these updates, and if
-// a test rotates the owners.
-bool NeighbourLists::costly(const Upkeep& upkeep) const {
-  return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
-         static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
+// Returns whether too many lists of a surface pair were made again in `upkeep_updates` updates.
+// `upkeep` is the upkeep on `n_ranks` ranks. Always returns false before the last of these updates,
+// and if a test rotates the owners.
+bool NeighbourLists::costly(std::size_t pair, const Upkeep& upkeep, int n_ranks) const {
+  if (upkeep.updates != upkeep_updates || owners_.rotates()) return false;
+  if (extra_ > 0.0)
+    return static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
+  const std::size_t n_clusters = motions_[pairs_[pair].a].size() + motions_[pairs_[pair].b].size();
+  const double share = static_cast<double>(n_ranks) / ranks_.size();
+  return static_cast<double>(upkeep.made_pairs) >
+         share * most_made_pairs * upkeep_updates * static_cast<double>(n_clusters);
 }
 
 // Searches for cluster pairs, in the expectation that vertices repeat their last step from the
@@ -164,7 +172,7 @@ void NeighbourLists::search_at_x(const Team& team, bool all) {
   search(team, ahead, retries);
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     if (listed(static_cast<Index>(i)) && (all || before[i] > 0))
-      upkeep_[i] = {0, 0, -n_lists_[i]};  // new lists do not count as made again
+      upkeep_[i] = {0, 0, -n_lists_[i], 0};  // new lists do not count as made again
   unlist_fast(results_of_ranks(ranks_, [&] {
     find_motions(team, x_, ahead);
     parallel_for(team, static_cast<Index>(lists_.size()),
@@ -276,11 +284,11 @@ void NeighbourLists::find_ended(const Team& team, Pass& pass, Ends&& ends) {
   });
   for (const Pass& own : of_range) pass.fast |= own.fast, pass.cost += own.cost;
   for (std::size_t i = 0; i < pairs_.size(); ++i)
-    pass.fast |= listed(static_cast<Index>(i)) && costly(upkeep_[i]);
+    pass.fast |= listed(static_cast<Index>(i)) && costly(i, upkeep_[i], 1);
 }
 
 // Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
-// above most_slack_, or if too many of its lists were made again.
+// above most_slack_, or if too many of its lists were made again; see costly().
 void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
   if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
     return;
@@ -301,9 +309,11 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
       const Counts& own = counts.elements[k];
       sum.lists += own.lists, sum.fast += own.fast;
       sum.upkeep.lists += own.upkeep.lists, sum.upkeep.made += own.upkeep.made;
+      sum.upkeep.made_pairs += own.upkeep.made_pairs;
     }
     if (!listed(static_cast<Index>(pair))) continue;
-    if (sum.fast > sum.lists / 4 || costly(sum.upkeep)) unlist(pair), any = true;
+    const bool too_costly = costly(pair, sum.upkeep, ranks_.size());
+    if (sum.fast > sum.lists / 4 || too_costly) unlist(pair, too_costly), any = true;
   }
   if (!any) return;
   std::size_t kept = 0;

@@ -332,6 +332,9 @@ void NeighbourLists::make_ended(const Team& team) {
         [&](NeighbourList& list) { make(list, scratch); });
   });
   ended_.assign(lists_.size(), 0);
+  for (const Index i : which)
+    if (Upkeep& upkeep = upkeep_[lists_[i].pair]; upkeep.updates > 0)
+      upkeep.made_pairs += static_cast<std::int64_t>(lists_[i].near.size());
 }
 
 std::vector<Index> NeighbourLists::unlisted() const {

@@ -98,8 +98,8 @@ class NeighbourLists {
   // Some surface pairs are unlisted and are searched in full each time. A surface pair becomes
   // unlisted if it has more than `most_per_cluster` times as many cluster pairs as its two surfaces
   // have clusters, if distances change so fast that many of its lists would not last, or if too
-  // many of its widened lists are made again. The surface pair gets lists again in the next update
-  // or, if lists are widened, after a pause.
+  // many of its lists are made again. The surface pair gets lists again in the next update or, if
+  // lists are widened or too many were made again, after a pause.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
@@ -209,6 +209,7 @@ class NeighbourLists {
   struct Upkeep {
     int updates = 0;
     std::int64_t lists = 0, made = 0;
+    std::int64_t made_pairs = 0;  // number of feature pairs in the lists that were made
   };
   // Counts for the lists of a surface pair on a rank. `lists` is the number of lists, and `fast`
   // the number of lists whose `change` exceeds most_slack_.
@@ -217,7 +218,7 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  // unlist() sets unlisted_ to this value if lists are widened.
+  // unlist() sets unlisted_ to this value if lists are widened or costly().
   static constexpr int pause = 64;
   static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
   // Calls work(list) for the n lists list_at(i). Divides the time that all calls take among the
@@ -261,9 +262,12 @@ class NeighbourLists {
   void search_at_x(const Team& team, bool all);
   void count_update();
   bool retries_within(int updates) const;
-  bool costly(const Upkeep& upkeep) const;
-  // Leaves a surface pair without lists until the next update, or for a pause if lists are widened.
-  void unlist(std::size_t pair) { unlisted_[pair] = extra_ > 0.0 ? pause : 1; }
+  bool costly(std::size_t pair, const Upkeep& upkeep, int n_ranks) const;
+  // Leaves a surface pair without lists until the next update, or for a pause if lists are widened
+  // or costly().
+  void unlist(std::size_t pair, bool costly = false) {
+    unlisted_[pair] = costly || extra_ > 0.0 ? pause : 1;
+  }
   bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
   void search(const Team& team, const Points& x1, bool may_rebuild = false);
