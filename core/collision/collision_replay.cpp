@@ -107,20 +107,25 @@ struct ListsOfStep {
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Must be called after each earlier motion. If this motion needed a search for cluster pairs, the
-  // ranks divided the lists before it, according to the times of the motions since the search
-  // before.
-  void note_expected() {
-    const bool searched = lists.n_searches() != n_searches;
-    n_searches = lists.n_searches();
-    if (searched && !since_search.empty()) divided_by = std::exchange(since_search, {});
+  // Performs both searches of an earlier motion, and adds the times on lists to `since_search`.
+  void perform_earlier(const Points& x0, const Points& x1) {
+    contacts(x0);
+    impacts(x0, x1);
+    note_search();
     since_search.resize(first.back(), 0.0f);
     each_list([&](std::size_t i, NeighbourList& list) {
       since_search[i] += std::exchange(list.spent, 0.0f);
     });
   }
+  // Must be called after each search. If it began with a search for cluster pairs, the ranks
+  // divided the lists according to their times since the search for cluster pairs before.
+  void note_search() {
+    const bool searched = lists.n_searches() != n_searches;
+    n_searches = lists.n_searches();
+    if (searched && !since_search.empty()) divided_by = std::exchange(since_search, {});
+  }
   // Returns for each first cluster the time on its lists [ns] according to which the ranks divide
-  // the lists.
+  // the lists. Must be called after note_search().
   const std::vector<float>& expected() const {
     return divided_by.empty() ? since_search : divided_by;
   }
@@ -134,7 +139,7 @@ struct ListsOfStep {
       seconds[i] += std::exchange(list.seconds, 0.0f) + pass;
     });
     const double divisible = lists.take_unlisted_seconds();
-    const bool again = !work.expected.empty();
+    const bool again = !work.seconds.empty();
     work.divisible = again ? std::min(work.divisible, divisible) : divisible;
     if (again)
       for (std::size_t i = 0; i < seconds.size(); ++i)
@@ -235,17 +240,14 @@ CollisionReplay::Lists CollisionReplay::measure_lists(int repetitions) const {
   Lists all;
   for (int i = 0; i < repetitions; ++i) {
     ListsOfStep step(d.model, d.pairs, d.inverse_mass);
-    for (int ago = n_earlier; ago > 0; --ago) {
-      step.contacts(d.start(ago));
-      step.impacts(d.start(ago), d.start(ago - 1));
-      step.note_expected();
-    }
+    for (int ago = n_earlier; ago > 0; --ago) step.perform_earlier(d.start(ago), d.start(ago - 1));
     step.lists.time_work(clock);
     all.contacts.result_bytes = step.contacts(d.record.x0);
+    step.note_search();
+    all.contacts.expected = all.impacts.expected = step.expected();
     step.take_work(all.contacts);
     all.impacts.result_bytes = step.impacts(d.record.x0, d.record.x1);
     step.take_work(all.impacts);
-    all.contacts.expected = all.impacts.expected = step.expected();
   }
   return all;
 }
