@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from pathlib import Path
@@ -38,6 +39,8 @@ def read_usd(
     try:
         stage = usd.Stage.Open(str(path))
         per_second = float(stage.GetTimeCodesPerSecond())
+        if not 0 < per_second < math.inf:
+            raise CacheError(f"{path}: timeCodesPerSecond must be above 0, got {per_second:g}")
         times = _times(path, stage, rate or per_second) if moving else np.zeros(1)
         codes = _first_code(stage) + per_second * times
         _bake_skins(path, stage, codes)

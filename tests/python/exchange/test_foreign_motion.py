@@ -98,3 +98,13 @@ def test_a_motion_is_read_to_its_end(stage):
     assert np.allclose(obstacle.times, np.array([0, 1, 1.6]) / made.GetTimeCodesPerSecond())
     frames = obstacle.vertex_positions.reshape(3, 6, 3)
     assert (frames[2] - frames[0])[:, 0].max() == pytest.approx(1.6)
+
+
+@pytest.mark.parametrize("rate", [0.0, -24.0])
+def test_time_codes_of_usd_need_a_rate(stage, rate):
+    path, made, _, _ = stage
+    made.SetTimeCodesPerSecond(rate)
+    made.Save()
+    for read in (ls.obstacles.baked, ls.meshes.read):
+        with pytest.raises(ls.CacheError, match="timeCodesPerSecond must be above 0, got"):
+            read(path)
