@@ -159,7 +159,12 @@ class SceneFile:
         except Error:
             raise
         except SyntaxError as error:
-            raise InvalidInput(f"{error.filename}, line {error.lineno}: {error.msg}") from error
+            # `raise SyntaxError` in a scene file names no file.
+            where = f"{error.filename}, line {error.lineno}"
+            told = error.msg or "SyntaxError"
+            raise InvalidInput(
+                f"{where if error.filename else self._line_of(error)}: {told}"
+            ) from error
         except SystemExit as error:
             raise InvalidInput(
                 f"{self._line_of(error)}: a scene file must not end the program, but calls"

@@ -185,6 +185,18 @@ def test_a_scene_file_cannot_end_the_program(loomstone, tmp_path, text, line, ca
     )
 
 
+@pytest.mark.parametrize(
+    ("error", "told"), [("SyntaxError", "SyntaxError"), ("SyntaxError('no')", "no")]
+)
+def test_a_syntax_error_that_a_scene_file_raises_is_reported_with_its_line(
+    loomstone, tmp_path, error, told
+):
+    path = tmp_path / "raises.py"
+    path.write_text(f"\nraise {error}\n")
+    code, said = loomstone("run", path, "--out", tmp_path / "out")
+    assert code == 1 and said.err == f"loomstone: {path}, line 2: {told}\n"
+
+
 def test_wrong_input_in_a_scene_file_is_reported_with_its_line(loomstone, tmp_path):
     path = tmp_path / "wrong.py"
     path.write_text(
