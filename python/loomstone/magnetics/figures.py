@@ -40,7 +40,10 @@ def unit(axis: ArrayLike) -> Floats:
 
     Raises InvalidInput unless the axis has three finite components that are not all 0.
     """
-    along = np.asarray(axis, float)
+    try:
+        along = np.asarray(axis, float)
+    except (TypeError, ValueError):
+        along = np.empty(0)
     length = float(np.linalg.norm(along))
     if along.shape != (3,) or not np.isfinite(length) or length == 0:
         raise InvalidInput(f"axis must be three finite numbers, not all zero, got {axis!r}")

@@ -214,7 +214,7 @@ def test_forces_over_distance_and_angle_are_those_of_dipoles():
 
 def test_a_path_needs_a_direction():
     ball = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
-    for axis in ((0, 0, 0), (0, 1), (0, 0, np.nan)):
+    for axis in ((0, 0, 0), (0, 1), (0, 0, np.nan), "z", None, [0, [1]]):
         with pytest.raises(ls.InvalidInput, match="axis must be three finite numbers"):
             ls.magnetics.force_over_distance(ball.moved((0, 0, 0.03)), ball, [0.0], axis=axis)
         with pytest.raises(ls.InvalidInput, match="axis must be three finite numbers"):
