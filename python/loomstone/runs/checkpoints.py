@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from .. import _core
 from .._core import CacheError, Checkpoint
 
-__all__ = ["checkpoint_files", "latest_checkpoint", "write_checkpoint"]
+__all__ = ["checkpoint_files", "latest_checkpoint", "readable_checkpoints", "write_checkpoint"]
 
 
 def checkpoint_files(directory: Path) -> list[Path]:
@@ -27,15 +28,26 @@ def latest_checkpoint(directory: Path) -> Checkpoint | None:
 
     Raises CacheError if there are checkpoints, but none of them is readable.
     """
+    return next(readable_checkpoints(directory), None)
+
+
+def readable_checkpoints(directory: Path) -> Iterator[Checkpoint]:
+    """Yields the readable checkpoints, newest first.
+
+    Raises CacheError if there are checkpoints, but none of them is readable.
+    """
     problem: CacheError | None = None
+    found = False
     for path in reversed(checkpoint_files(directory)):
         try:
-            return _core.read_checkpoint(str(path))
+            checkpoint = _core.read_checkpoint(str(path))
         except CacheError as error:
             problem = problem or error
-    if problem:
+            continue
+        found = True
+        yield checkpoint
+    if problem and not found:
         raise CacheError(
             f"{directory}: none of its checkpoints can be read, so the run cannot be resumed; its"
             f" frames can be rendered. Run the scene again into another directory. ({problem})"
         )
-    return None

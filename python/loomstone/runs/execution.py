@@ -19,7 +19,7 @@ from uuid import uuid4
 from .._core import CacheError, Communicator, InvalidInput
 from ..ranks import check_same, together
 from .cache import Run
-from .checkpoints import latest_checkpoint
+from .checkpoints import readable_checkpoints
 from .frame_times import frame_count, frames_due, time_of_frame
 from .last_words import last_words
 from .lock import DirectoryLock
@@ -59,7 +59,7 @@ def execute(
     n_frames = frame_count(options.duration, options.rate)
     with DirectoryLock(directory) as lock:
         if resume:
-            _restore(simulation, lock)
+            _restore(simulation, lock, options)
         following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
         with together(ranks):
             if resume and simulation.rank == 0 and control is None and following < n_frames:
@@ -101,14 +101,30 @@ def _check_same(ranks: Communicator, options: RunOptions, **given: bool) -> None
     check_same(ranks, "run", **given)
 
 
-def _restore(simulation: Any, lock: DirectoryLock) -> None:
-    """Takes the lock of an existing run, and restores its newest readable checkpoint, if any."""
+def _restore(simulation: Any, lock: DirectoryLock, options: RunOptions) -> None:
+    """Takes the lock of an existing run, and restores a readable checkpoint, if there is one.
+
+    This is the newest checkpoint before which the run has all frames. The last step of a run may
+    pass its end, so a longer run has frames within this step. It then repeats the step from the
+    checkpoint before. If no checkpoint meets the condition, the newest one is restored.
+    """
+    stored = 0
     with together(simulation.communicator):
         if simulation.rank == 0:
             lock.take()
+            with Run(lock.directory) as begun:
+                stored = len(begun)
+    stored = simulation.agree(stored)
+    n_frames = frame_count(options.duration, options.rate)
+    newest = None
     with together(simulation.communicator):
-        if checkpoint := latest_checkpoint(lock.directory):
+        for checkpoint in readable_checkpoints(lock.directory):
+            newest = newest or checkpoint
             simulation.restore(checkpoint)
+            if min(n_frames, frames_due(simulation.time, options.rate)) <= stored:
+                return
+        if newest:
+            simulation.restore(newest)
 
 
 def _check_control(directory: Path) -> None:

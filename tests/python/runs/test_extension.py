@@ -4,6 +4,7 @@ import json
 import shutil
 
 import loomstone as ls
+import numpy as np
 import pytest
 
 
@@ -51,6 +52,23 @@ def test_an_interrupted_extension_has_no_report_and_is_resumed_to_its_end(
     whole = made(hanging, euler).run(out=tmp_path / "whole", duration=0.2)
     report = json.loads((interrupted / "report.json").read_text())
     assert report["digest"] == whole["digest"] and report["frames"] == 6
+
+
+def test_an_extension_has_the_frames_within_the_step_that_passed_the_former_end(hanging, tmp_path):
+    def run(out, duration, **more):
+        sim = ls.Simulation(hanging, threads=1)
+        return sim.run(out=tmp_path / out, duration=duration, rate=500.0, verify=True, **more)
+
+    assert run("extended", 0.1)["time"] > 0.1 + 1 / 500
+    run("extended", 0.2, resume=True)
+    run("whole", 0.2)
+    extended, whole = ls.Run(tmp_path / "extended"), ls.Run(tmp_path / "whole")
+    assert np.array_equal(extended.times, whole.times)
+    assert all(
+        np.array_equal(a.positions, b.positions) for a, b in zip(extended, whole, strict=True)
+    )
+    checks = [(tmp_path / out / "frames.csv").read_text() for out in ("extended", "whole")]
+    assert checks[0] == checks[1]
 
 
 @pytest.mark.parametrize("finished", [True, False])
