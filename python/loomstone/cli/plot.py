@@ -74,7 +74,7 @@ def plot(
         if curve := _curve(runs):
             from ..magnetics.mesh_pictures import curve_of_meshes, numbers
 
-            _refuse_for_magnets(what, curve)
+            _refuse_for_magnets(what, curve, reach)
             with command_line():
                 vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
             path = curve_of_meshes(curve, mesh, vector, along, reach, out or Path(f"{curve}.png"))
@@ -145,9 +145,11 @@ def _curve(runs: list[Path]) -> str | None:
     return named[0] if named else None
 
 
-def _refuse_for_magnets(what: str, curve: str) -> None:
-    """Raises WrongCommand for --what, which has no effect on curves of magnets."""
+def _refuse_for_magnets(what: str, curve: str, reach: float) -> None:
+    """Raises WrongCommand for options that have no effect on this curve of magnets."""
     refuse_options({"--what": what != WHAT}, f"is an option for runs, not for `plot {curve}`")
+    if curve == "torque":
+        refuse_options({"--reach": reach != 0.0}, "is an option for `plot force`")
 
 
 def _refuse_for_runs(mesh: list[Path], polarization: str, axis: str, reach: float) -> None:

@@ -99,6 +99,8 @@ def curve_of_meshes(
         raise InvalidInput(
             f"curves of {kind} need one or two meshes, got {len(meshes)}; give --mesh FILE"
         )
+    if not 0 <= reach < np.inf:
+        raise InvalidInput(f"--reach must be at least 0 m and finite, got {reach:g}")
     on, by = magnet_of(meshes[0], polarization), magnet_of(meshes[-1], polarization)
     along = figures.unit(axis)
     apart = _reach(read(meshes[-1], with_uv=False), by, along) + _reach(

@@ -202,6 +202,13 @@ def test_the_command_draws_any_closed_mesh(tmp_path):
     assert CliRunner().invoke(app, ["field", str(mesh), "--polarization", "up"]).exit_code == 2
 
 
+@pytest.mark.parametrize("reach", ["-1", "nan", "inf"])
+def test_the_reach_of_a_curve_must_be_a_distance(loomstone, tmp_path, reach):
+    ls.meshes.write(tmp_path / "ball.obj", ls.meshes.sphere(radius=0.01, subdivisions=1))
+    code, said = loomstone("plot", "force", "--mesh", tmp_path / "ball.obj", "--reach", reach)
+    assert code == 1 and "--reach must be at least 0 m and finite, got " + reach in said.err
+
+
 def test_forces_over_distance_and_angle_are_those_of_dipoles():
     a = m.sphere(radius=0.005, polarization=(0, 0, 1))
     curve = m.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01, 0.02])

@@ -112,6 +112,7 @@ def test_json_is_not_mixed_with_what_a_scene_file_prints(loomstone, tmp_path):
         (("plot", "out", "--axis", "1,0,0"), "--axis is an option for the magnets"),
         (("plot", "force", "out", "--mesh", "a.obj"), "given by --mesh, and nothing else, got"),
         (("plot", "force", "torque", "--mesh", "a.obj"), "got also torque; leave out torque"),
+        (("plot", "torque", "--mesh", "a.obj", "--reach", "1"), "--reach is an option for `plot f"),
     ],
 )
 def test_an_option_that_would_have_no_effect_is_refused(loomstone, tmp_path, arguments, said):
