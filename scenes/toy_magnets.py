@@ -117,8 +117,8 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         for name in ("held", "rod")
         for x in (-at, at)
     ]
-    # The ball's response is computed up to degree 6, because a single dipole (degree 1) cannot be
-    # attracted from both sides at once.
+    # The ball's response is computed up to degree 6, because a single dipole (degree 1) between two
+    # like poles cannot be attracted to both.
     iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=6)
     magnets.append(ls.Magnet(body="ball", source=iron))
     guides = rails_and_slide(start, GAP[case] - 0.001) if case == "antiparallel" else []

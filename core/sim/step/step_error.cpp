@@ -45,12 +45,12 @@ constexpr double dissipation_tolerance = 0.15;
 // growth, the lengths of steps oscillate between 3 and 10 ms in swings of soft sheets, which lose
 // up to a third of their energy on the way down.
 constexpr double slow_growth_share = 0.1;
-// Tolerated product of Damping::rate and the length of a part, in steps of given length of implicit
-// Euler, if the accuracy is 1 (see tolerated_error()). This bound does not divide parts that are
-// shorter than `least_of_fall_time` times Damping::fall_time. Our choice: a sheet of 0.1 to 2 m
-// that swings down from two corners in steps of 10 ms then reaches the bottom at most 2.2 % too
-// late, instead of 8 % without this bound. The bound does not divide steps of 4 ms in gentle
-// motion.
+// Tolerated product of Damping::rate and the length of a part, if the accuracy is 1 (see
+// tolerated_error()). Applies to implicit Euler with steps whose length the user gives. This bound
+// does not divide parts that are shorter than `least_of_fall_time` times Damping::fall_time. Our
+// choice: a sheet of 0.1 to 2 m that swings down from two corners in steps of 10 ms then reaches
+// the bottom at most 2.2 % too late, instead of 8 % without this bound. The bound does not divide
+// steps of 4 ms in gentle motion.
 constexpr double removal_tolerance = 5e-4, least_of_fall_time = 0.019;
 
 // Tolerated product of drag_rate() and the length of a part, for an accuracy of 1. Our choice: drag
