@@ -158,6 +158,31 @@ TEST_CASE("ranks that exchange their lists in every step find the same") {
   }
 }
 
+TEST_CASE("lists that move to another rank do not count as lists that do not last") {
+  const TestScene scene =
+      make_scene({{grid_cells(0.2, 0.2, 24, 24), Kind::Cloth, 0.02},
+                  {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 5e-3)), Kind::Cloth, 0.02}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const Setting rotate("LOOMSTONE_ROTATE_OWNERS");
+  for (const double extra : {0.0, 1e-5}) {
+    std::vector<int> unlisted(3, 0);
+    std::vector<std::int64_t> made(3, 0);
+    on_ranks(3, [&](const auto& ranks) {
+      BroadPhase broad_phase(scene.model, pairs, {ranks->rank(), ranks->size()});
+      NeighbourLists lists(scene.model, pairs, broad_phase, *ranks);
+      lists.widen(extra);
+      for (int step = 0; step < 40; ++step) {
+        lists.update(Team{}, scene.x);
+        lists.make_ended(Team{});
+        unlisted[ranks->rank()] += static_cast<int>(lists.unlisted().size());
+      }
+      made[ranks->rank()] = lists.n_made();
+    });
+    CHECK(unlisted == std::vector<int>(3, 0));
+    for (const std::int64_t n : made) CHECK(n > 1000);
+  }
+}
+
 TEST_CASE("contacts that one rank finds alone are those that all ranks find together") {
   const TestScene scene = sheets_on_table(12);
   std::vector<int> right(3, 0);

@@ -18,13 +18,14 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full is cheaper than keeping its lists if, on average over
-// `upkeep_updates` updates, too many of them are made again: more than the fraction `most_made` of
-// widened lists (see widen()); or other lists that together contain more than `most_made_pairs`
-// times as many feature pairs as the two surfaces have clusters. Measured on a ribbon and a dress,
-// and on a twisted cloth, discs, a drape and a knot.
-constexpr double most_made = 1.0 / 6.0;
-constexpr double most_made_pairs = 8.0;
+// Limits above which searching a surface pair in full is cheaper than keeping its lists. Both are
+// averages over `upkeep_updates` updates. `most_made_again` applies to widened lists (see widen()):
+// it is the fraction of lists that are made again. `most_pairs_made_again` applies to other lists:
+// it is the number of feature pairs in the lists that are made again, divided by the number of
+// clusters of the two surfaces. Measured on a ribbon and a dress (widened lists), and on a twisted
+// cloth, discs, a drape and a knot.
+constexpr double most_made_again = 1.0 / 6.0;
+constexpr double most_pairs_made_again = 8.0;
 constexpr int upkeep_updates = 8;
 
 }  // namespace
@@ -148,16 +149,16 @@ bool NeighbourLists::retries_within(int updates) const {
 }
 
 // Returns whether too many lists of a surface pair were made again in `upkeep_updates` updates.
-// `upkeep` is the upkeep on `n_ranks` ranks. Always returns false before the last of these updates,
-// and if a test rotates the owners.
+// `upkeep` is the upkeep on `n_ranks` ranks. Always returns false before the last of these updates.
 bool NeighbourLists::costly(std::size_t pair, const Upkeep& upkeep, int n_ranks) const {
-  if (upkeep.updates != upkeep_updates || owners_.rotates()) return false;
+  if (upkeep.updates != upkeep_updates) return false;
   if (extra_ > 0.0)
-    return static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
+    return static_cast<double>(upkeep.made_again) >
+           most_made_again * static_cast<double>(upkeep.lists);
   const std::size_t n_clusters = motions_[pairs_[pair].a].size() + motions_[pairs_[pair].b].size();
   const double share = static_cast<double>(n_ranks) / ranks_.size();
-  return static_cast<double>(upkeep.made_pairs) >
-         share * most_made_pairs * upkeep_updates * static_cast<double>(n_clusters);
+  return static_cast<double>(upkeep.pairs_made_again) >
+         share * most_pairs_made_again * upkeep_updates * static_cast<double>(n_clusters);
 }
 
 // Searches for cluster pairs, in the expectation that vertices repeat their last step from the
@@ -171,8 +172,7 @@ void NeighbourLists::search_at_x(const Team& team, bool all) {
   const Points ahead = 2.0 * x_ - before_;  // extrapolates the last step
   search(team, ahead, retries);
   for (std::size_t i = 0; i < pairs_.size(); ++i)
-    if (listed(static_cast<Index>(i)) && (all || before[i] > 0))
-      upkeep_[i] = {0, 0, -n_lists_[i], 0};  // new lists do not count as made again
+    if (listed(static_cast<Index>(i)) && (all || before[i] > 0)) upkeep_[i] = {};
   unlist_fast(results_of_ranks(ranks_, [&] {
     find_motions(team, x_, ahead);
     parallel_for(team, static_cast<Index>(lists_.size()),
@@ -308,8 +308,9 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
     for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size()) {
       const Counts& own = counts.elements[k];
       sum.lists += own.lists, sum.fast += own.fast;
-      sum.upkeep.lists += own.upkeep.lists, sum.upkeep.made += own.upkeep.made;
-      sum.upkeep.made_pairs += own.upkeep.made_pairs;
+      sum.upkeep.lists += own.upkeep.lists;
+      sum.upkeep.made_again += own.upkeep.made_again;
+      sum.upkeep.pairs_made_again += own.upkeep.pairs_made_again;
     }
     if (!listed(static_cast<Index>(pair))) continue;
     const bool too_costly = costly(pair, sum.upkeep, ranks_.size());

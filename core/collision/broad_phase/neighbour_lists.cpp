@@ -276,12 +276,8 @@ void NeighbourLists::make(NeighbourList& list, Scratch& scratch) const {
   list.cost += ListCosts::made_pair * static_cast<float>(list.near.size());
 }
 
-void NeighbourLists::make_ended(const Team& team) {
-  std::vector<Index> which;
-  for (std::size_t i = 0; i < ended_.size(); ++i)
-    if (ended_[i]) which.push_back(static_cast<Index>(i));
-  if (which.empty()) return;
-  n_made_ += static_cast<std::int64_t>(which.size());
+// Refits the feature boxes at x_ of the clusters of the given lists.
+void NeighbourLists::refit_features_of(const Team& team, const std::vector<Index>& which) {
   VertexBoxes& still = broad_phase_.vertex_boxes();
   if (still.use() != use_ || still_at_x_.vertices().empty()) {
     still_at_x_.clear();
@@ -292,7 +288,6 @@ void NeighbourLists::make_ended(const Team& team) {
     if (!std::exchange(marked_[surface][cluster], 1)) clusters.emplace_back(surface, cluster);
   };
   for (const Index i : which) {
-    ++upkeep_[lists_[i].pair].made;
     mark(pairs_[lists_[i].pair].a, lists_[i].a);
     mark(pairs_[lists_[i].pair].b, lists_[i].b);
   }
@@ -321,6 +316,18 @@ void NeighbourLists::make_ended(const Team& team) {
     tree.refit_features_of(team, marked_[s], still);
     std::fill(marked_[s].begin(), marked_[s].end(), 0);
   }
+}
+
+void NeighbourLists::make_ended(const Team& team) {
+  std::vector<Index> which, again;
+  for (std::size_t i = 0; i < ended_.size(); ++i) {
+    if (!ended_[i]) continue;
+    which.push_back(static_cast<Index>(i));
+    if (lists_[i].slack >= 0.0) again.push_back(static_cast<Index>(i));
+  }
+  if (which.empty()) return;
+  n_made_ += static_cast<std::int64_t>(which.size());
+  refit_features_of(team, which);
   constexpr Index at_once = 32;
   const Index n = static_cast<Index>(which.size());
   parallel_tasks(team, (n + at_once - 1) / at_once, [&](Index task) {
@@ -332,9 +339,11 @@ void NeighbourLists::make_ended(const Team& team) {
         [&](NeighbourList& list) { make(list, scratch); });
   });
   ended_.assign(lists_.size(), 0);
-  for (const Index i : which)
-    if (Upkeep& upkeep = upkeep_[lists_[i].pair]; upkeep.updates > 0)
-      upkeep.made_pairs += static_cast<std::int64_t>(lists_[i].near.size());
+  for (const Index i : again) {
+    Upkeep& upkeep = upkeep_[lists_[i].pair];
+    ++upkeep.made_again;
+    upkeep.pairs_made_again += static_cast<std::int64_t>(lists_[i].near.size());
+  }
 }
 
 std::vector<Index> NeighbourLists::unlisted() const {

@@ -46,8 +46,9 @@ struct NeighbourList {
   // applies to the motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
-  float cost = 0.0f;     // estimated cost of work on this list since lists were distributed [ns]
-  float spent = 0.0f;    // time spent since lists were distributed [ns]; ranks balance these times
+  float cost = 0.0f;  // estimated cost of work on this list since lists were distributed [ns]
+  // Estimate of the time spent since lists were distributed [ns]; ranks balance these times.
+  float spent = 0.0f;
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
@@ -58,10 +59,11 @@ struct NeighbourList {
   }
 };
 
-// Approximate costs of work on lists [ns]. NeighbourLists::work_on() divides measured times among
-// lists in proportion to these costs. The values are fitted to measured times.
+// Approximate costs of work on lists [ns], fitted to measured times. NeighbourLists::work_on()
+// divides measured times among lists in proportion to these costs. Only passes are not measured in
+// a run: each adds `pass` to the time spent on a list.
 struct ListCosts {
-  static constexpr float pass = 15.0f;        // going over a list in pass_at_x() or pass_to()
+  static constexpr float pass = 15.0f;        // examining a list in a pass over all lists
   static constexpr float list = 60.0f;        // visiting a list
   static constexpr float pair = 3.0f;         // reading a pair of a list
   static constexpr float distance = 60.0f;    // computing the distance of a pair
@@ -112,7 +114,7 @@ class NeighbourLists {
     // several ranks.
     bool due = false;
     bool fast = false;  // a surface pair may have to be unlisted
-    double cost = 0.0;  // time spent on all lists of the rank since lists were distributed [ns]
+    double cost = 0.0;  // sum of NeighbourList::spent over the lists of the rank [ns]
   };
 
   // Widens all lists, so that their base distance (base_) exceeds the thickness by at least `extra`
@@ -203,13 +205,14 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Upkeep of the lists of a surface pair on this rank: number of updates, number of lists summed
-  // over these updates, and number of lists made in them. The first lists of a surface pair, and
-  // its first lists after it was unlisted, do not count as made.
+  // Upkeep of the lists of a surface pair on this rank over several updates. Lists that this rank
+  // makes for the first time do not count as made again: they are new, their clusters have been
+  // formed again, or they come from another rank.
   struct Upkeep {
     int updates = 0;
-    std::int64_t lists = 0, made = 0;
-    std::int64_t made_pairs = 0;  // number of feature pairs in the lists that were made
+    std::int64_t lists = 0;             // number of lists, summed over the updates
+    std::int64_t made_again = 0;        // number of lists that were made again
+    std::int64_t pairs_made_again = 0;  // number of feature pairs in these lists
   };
   // Counts for the lists of a surface pair on a rank. `lists` is the number of lists, and `fast`
   // the number of lists whose `change` exceeds most_slack_.
@@ -275,6 +278,7 @@ class NeighbourLists {
   void keep_or_add(const std::vector<std::vector<PairKey>>& found,
                    const std::vector<std::uint8_t>& formed);
   void find_used();
+  void refit_features_of(const Team& team, const std::vector<Index>& which);
   template <class Ends>
   void find_ended(const Team& team, Pass& pass, Ends&& ends);
   static bool any(const std::vector<Pass>& passes, bool Pass::* flag);
