@@ -107,15 +107,24 @@ struct ListsOfStep {
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Performs both searches of an earlier motion, and adds the times on lists to `since_search`.
+  // Performs both searches of an earlier motion.
   void perform_earlier(const Points& x0, const Points& x1) {
     contacts(x0);
+    note_search();
+    note_times();
     impacts(x0, x1);
     note_search();
+    note_times();
+  }
+  // Adds the times on lists since the last call to `since_search`. Like a simulation, forgets the
+  // times on lists of surface pairs that have become unlisted.
+  void note_times() {
     since_search.resize(first.back(), 0.0f);
     each_list([&](std::size_t i, NeighbourList& list) {
       since_search[i] += std::exchange(list.spent, 0.0f);
     });
+    for (const Index pair : lists.unlisted())
+      std::fill(since_search.begin() + first[pair], since_search.begin() + first[pair + 1], 0.0f);
   }
   // Must be called after each search. If it began with a search for cluster pairs, the ranks
   // divided the lists according to their times since the search for cluster pairs before.
