@@ -141,9 +141,10 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly("report", &S::report, py::return_value_policy::copy,
                           "StepReport of the last step. Later steps do not change it.");
   c.def("keep_collision_motion", &S::keep_collision_motion, py::arg("keep"),
-        "Sets whether the motion that certification receives in each step is kept for "
-        "collision_motion(), with the starts\n"
-        "of up to 16 preceding motions.");
+        "Sets whether this rank keeps the motion that certification receives in each step for "
+        "collision_motion(), with the\n"
+        "starts of up to 16 preceding motions. The kept positions take up to 432 bytes a vertex; "
+        "keep=False releases them.");
   c.def("collision_motion", &S::collision_motion,
         "Returns the CollisionRecord of the last certification whose motion was kept. The record "
         "has no vertices if no motion was kept or nothing collides.");

@@ -225,8 +225,13 @@ std::size_t CollisionStage::contact_bytes() const {
 }
 
 void CollisionStage::keep_motion(bool keep) {
-  if (keep && !data_->keeps_motion) data_->motion = {};
+  if (keep != data_->keeps_motion) data_->motion = {};
   data_->keeps_motion = keep;
+}
+
+std::size_t CollisionStage::motion_bytes() const {
+  const CollisionRecord& motion = data_->motion;
+  return bytes_of(motion.x0, motion.x1, motion.earlier);
 }
 
 CollisionRecord CollisionStage::motion() const {

@@ -124,9 +124,11 @@ class CollisionStage {
 
   // Sets whether certify() stores the motion that it receives, and the starts of preceding motions
   // that it received since keep_motion(true). Motions with the same start count as one.
+  // keep_motion(false) discards what is stored.
   void keep_motion(bool keep);
   // Returns the last motion that certify() stored, or a motion without vertices if there is none.
   CollisionRecord motion() const;
+  std::size_t motion_bytes() const;  // memory of the positions that certify() has stored [bytes]
 
  private:
   struct Data;

@@ -230,7 +230,8 @@ std::vector<Simulation::MemoryPart> Simulation::memory() const {
           {"collision_model", d.model.collision.bytes()},
           {"hierarchies", collision ? collision->hierarchy_bytes() : 0},
           {"neighbour_lists", collision ? collision->list_bytes() : 0},
-          {"contacts", d.stepper->contact_bytes()}};
+          {"contacts", d.stepper->contact_bytes()},
+          {"recorded_motion", collision ? collision->motion_bytes() : 0}};
 }
 Decomposition Simulation::decomposition() const { return data_->decomposition; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }

@@ -47,9 +47,9 @@ class Simulation {
   double stable_step() const;
   int threads() const;
   const Communicator& communicator() const;
-  // Sets whether the motion that certification receives is stored, and the starts of preceding
-  // motions; see CollisionRecord. restore() and rebuild_stages() end this and discard what is
-  // stored. collision_motion() returns the motion that was stored
+  // Sets whether this rank stores the motion that certification receives, and the starts of
+  // preceding motions; see CollisionRecord. keep_collision_motion(false), restore() and
+  // rebuild_stages() discard what is stored. collision_motion() returns the motion that was stored
   // last, or one without vertices if there is none, for example because the scene has no cloth.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;

@@ -239,7 +239,7 @@ class _Course:
             if control:
                 with together(simulation.communicator):
                     _call(control, simulation)
-            simulation.keep_collision_motion(self._record_tasks > 0)
+            simulation.keep_collision_motion(self._record_tasks > 0 and simulation.rank == 0)
             simulation.step()
             stepped = True
 
@@ -259,7 +259,7 @@ class _Course:
     def _note_step(self) -> None:
         done = self._simulation
         if self._records(done.step_index):
-            self._writer.motion(done.step_index, done.collision_motion())
+            self._writer.motion(done.step_index)
         self._writer.step(done.report, done.forced_pairs, done.broken_limits)
         self._watch.step(done.report)
 

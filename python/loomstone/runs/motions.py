@@ -14,7 +14,7 @@ from .._core import CacheError, CollisionRecord
 
 __all__ = ["motion_files", "read_motion", "write_motion"]
 
-_ARRAYS = ("surfaces", "thickness", "triangles", "gap_floor", "x0", "x1", "earlier")
+_ARRAYS = ("surfaces", "thickness", "triangles", "gap_floor", "x0", "x1")
 
 
 def motion_files(directory: Path) -> list[Path]:
@@ -30,6 +30,7 @@ def write_motion(directory: Path, step: int, motion: CollisionRecord) -> None:
     folder.mkdir(exist_ok=True)
     path = folder / f"step-{step:010d}.npz"
     arrays: dict[str, Any] = {name: np.asarray(getattr(motion, name)) for name in _ARRAYS}
+    arrays["earlier"] = np.asarray(motion.earlier)
     unfinished = path.with_suffix(".unfinished")
     with unfinished.open("wb") as file:
         np.savez(file, **arrays)
@@ -37,15 +38,16 @@ def write_motion(directory: Path, step: int, motion: CollisionRecord) -> None:
 
 
 def read_motion(path: Path) -> CollisionRecord:
-    """Returns the motion in a file.
+    """Returns the motion in a file. Its list `earlier` is empty if the file has no such array.
 
     Raises OSError if the file cannot be read, and CacheError if it is not a recorded motion.
     """
     try:
         with np.load(path) as arrays:
-            values = {name: arrays[name] for name in _ARRAYS}
-        fields = {"gap_floor": float(values["gap_floor"]), "earlier": list(values["earlier"])}
-        return CollisionRecord(**values | fields)
+            values: dict[str, Any] = {name: arrays[name] for name in _ARRAYS}
+            earlier = list(arrays["earlier"]) if "earlier" in arrays else []
+        values["gap_floor"] = float(values["gap_floor"])
+        return CollisionRecord(**values, earlier=earlier)
     except OSError:
         raise
     except Exception as error:  # damaged files make numpy and zipfile raise errors of many types

@@ -14,7 +14,6 @@ from .. import _core
 from .._core import (
     CacheError,
     Checkpoint,
-    CollisionRecord,
     Error,
     Frame,
     FrameWriter,
@@ -67,7 +66,7 @@ class NoWriter:
         self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]
     ) -> None: ...
 
-    def motion(self, step: int, motion: CollisionRecord) -> None: ...
+    def motion(self, step: int) -> None: ...
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
@@ -162,9 +161,10 @@ class Writer(NoWriter):
                     self._directory / BROKEN[0], BROKEN[1], report.step, broken[:MOST_BROKEN]
                 )
 
-    def motion(self, step: int, motion: CollisionRecord) -> None:
+    def motion(self, step: int) -> None:
+        """Writes the motion that the simulation kept in its last step."""
         with self._writing():
-            write_motion(self._directory, step, motion)
+            write_motion(self._directory, step, self._simulation.collision_motion())
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():

@@ -50,6 +50,24 @@ def test_a_run_records_the_motion_of_every_tenth_step(recorded):
     assert 9 <= len(read_motion(motion_files(recorded)[0]).earlier) < 16  # parts are motions, too
 
 
+def test_a_kept_motion_counts_as_memory_and_is_released():
+    cloth = ls.Cloth(mesh=ls.grid(cells=(4, 4)))
+    sim = ls.Simulation(ls.Scene(cloths=[cloth]), integrator=ls.SemiImplicitEuler(step=4e-3))
+
+    def kept() -> int:
+        return sim.memory_bytes["recorded_motion"]
+
+    assert kept() == 0
+    sim.keep_collision_motion(True)
+    for _ in range(30):
+        sim.step()
+    assert len(sim.collision_motion().earlier) == 16
+    of_positions = 25 * 3 * 8
+    assert 18 * of_positions <= kept() < 20 * of_positions
+    sim.keep_collision_motion(False)
+    assert kept() == 0 and len(sim.collision_motion().x0) == 0
+
+
 @pytest.mark.parametrize(("more", "steps"), [((), [5, 10]), (("--record-tasks", 4), [4, 8])])
 def test_a_resumed_run_goes_on_recording(tmp_path, more, steps):
     (tmp_path / "scene.py").write_text(
@@ -135,6 +153,18 @@ def test_bad_input_of_the_command_gets_one_sentence(recorded, tmp_path):
         assert done.returncode == 2 and sentence in done.stderr
     done = loomstone("replay", tmp_path)
     assert done.returncode == 1 and "--record-tasks" in done.stderr
+
+
+def test_a_motion_without_earlier_positions_is_read(recorded, tmp_path):
+    path = motion_files(recorded)[0]
+    with np.load(path) as arrays:
+        kept = {name: arrays[name] for name in arrays if name != "earlier"}
+    (tmp_path / "tasks").mkdir()
+    np.savez(tmp_path / "tasks" / path.name, **kept)
+    motion = read_motion(tmp_path / "tasks" / path.name)
+    assert list(motion.earlier) == []
+    assert np.array_equal(motion.x0, read_motion(path).x0)
+    assert replay(tmp_path, [1], ["predicted"])
 
 
 @pytest.mark.parametrize("content", [b"nothing", b"", b"PK\x03\x04", b"\x93NUMPY"])
